@@ -21,7 +21,7 @@ pub mod vertex;
 pub use light::{LIGHT_CELLS, LightField};
 pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
 
-use crate::view::frame::{Frame, View};
+use crate::view::frame::Frame;
 use crate::view::palette::{self, INK};
 use jostle_sim::Vec2;
 use motion::{BodySprings, Pose};
@@ -60,7 +60,7 @@ impl DrawList {
 
     /// Replaces the contents with those of `frame`.
     pub fn fill(&mut self, frame: &Frame) {
-        let half = view_half(&frame.view);
+        let half = frame.view.half();
         self.quads.begin(frame.view.center, half, frame.view.unit_per_pixel());
         self.light.begin(frame.view.center, half);
         if self.copy != frame.copy {
@@ -133,12 +133,6 @@ impl DrawList {
 /// The tint of a particle of dye that is as bright as this.
 fn dyed(bright: f32, color: u8) -> [f32; 3] {
     palette::player(color).map(|part| f32::from(part) / 255.0 * bright)
-}
-
-/// Half the width and height of a view, world units.
-fn view_half(view: &View) -> Vec2 {
-    let aspect = view.pixels[0] as f32 / view.pixels[1].max(1) as f32;
-    Vec2::new(aspect, 1.0) * (0.5 * view.height)
 }
 
 fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {

@@ -227,6 +227,12 @@ impl View {
     /// The view before the first frame.
     pub const UNSEEN: View = View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] };
 
+    /// Half its width and height, world units.
+    pub fn half(&self) -> Vec2 {
+        let aspect = self.pixels[0] as f32 / self.pixels[1].max(1) as f32;
+        Vec2::new(aspect, 1.0) * (0.5 * self.height)
+    }
+
     /// World units per device pixel.
     pub fn unit_per_pixel(&self) -> f32 {
         self.height / self.pixels[1] as f32

@@ -56,7 +56,7 @@ fn past_result(replica: &Replica) -> Option<ResultView> {
 /// What players did best in the round.
 fn bests(replica: &Replica) -> Vec<View> {
     let players = replica.room.players();
-    let bests = replica.moments.tally.best().filter_map(|(seat, best)| {
+    let bests = replica.moments.bests.best().filter_map(|(seat, best)| {
         let player = players.iter().find(|player| player.seat == seat)?;
         let (label, figure) = match best {
             Best::Lap(ticks) => (say("Fastest lap"), strings::clock(f64::from(ticks), true)),

@@ -72,7 +72,7 @@ fn fly(stage: &mut DrawStage, points: &FramePoints) {
 /// Paper that falls, sways and turns, most of it in the winner's colour.
 fn fall(stage: &mut DrawStage, confetti: FrameConfetti) {
     let view = stage.frame.view;
-    let half = super::view_half(&view);
+    let half = view.half();
     let own = palette::player(confetti.color);
     let colors: [Rgb; 4] = [own, palette::mix(own, PAPER[0], 0.5), own, EMBER[1]];
     let mut dice = Dice::of(Vec2::new(3.0, f32::from(confetti.color)));

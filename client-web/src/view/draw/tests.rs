@@ -1,7 +1,7 @@
 //! Tests of the draw list: drawn items, their colours and order, and culling.
 
 use super::*;
-use crate::view::frame::{Effect, EffectKind, FrameBody, FrameRoom};
+use crate::view::frame::{Effect, EffectKind, FrameBody, FrameRoom, View};
 use jostle_game::scene::Plan;
 use jostle_game::{Kind, Scene};
 use jostle_sim::{BodyId, EmitterDef, Particles, Recipe, Shape, Source};

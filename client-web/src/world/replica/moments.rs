@@ -1,16 +1,16 @@
 //! Moments of a game that deserve a sign: points, goals, laps, knock-outs, a new leader and the end. They are derived
 //! from the rounds and bursts that a replica displays anyway, and a picture shows them as a function of its tick.
 
-mod tally;
+mod best;
 
 use super::room::RoomView;
 use crate::sound::cue::Sound;
 use crate::view::frame::{FrameConfetti, FramePoints, FrameRoom};
+pub use best::{Best, BestOfRound};
 use jostle_game::scene::{To, Trigger, ZoneArea};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_sim::{BodyId, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
-pub use tally::{Best, Tally};
 
 /// Maximum number of remembered moments; the oldest are dropped first.
 pub const MOMENTS_MAX: usize = 64;
@@ -86,7 +86,7 @@ pub struct Moments {
     /// The leading side, if one side alone leads with points.
     pub leader: Option<Side>,
     /// The deeds of the current or previous round.
-    pub tally: Tally,
+    pub bests: BestOfRound,
     /// The latest round that is over, until the next one runs.
     pub end: Option<RoundInfo>,
     before: Option<RoundInfo>,
@@ -108,7 +108,7 @@ impl Moments {
     ) {
         if let Some(by) = by.filter(|_| by != hit) {
             self.burst = Some((tick, by, at));
-            self.tally.note_hit(by, hit);
+            self.bests.note_hit(by, hit);
         }
         if hit == Some(room.seat) {
             self.push(Moment { at: Some(at), by, ..Moment::new(MomentKind::Hit, tick, None) });
@@ -119,7 +119,7 @@ impl Moments {
     pub fn note_line(&mut self, tick: f64, by: Seat, is_own_goal: bool) {
         self.line = Some((tick, by, is_own_goal));
         if !is_own_goal {
-            self.tally.note_goal(by);
+            self.bests.note_goal(by);
         }
     }
 
@@ -138,7 +138,7 @@ impl Moments {
         let began = before.phase != RoundPhase::Running && round.phase == RoundPhase::Running;
         if began {
             self.leader = None;
-            self.tally = Tally::new(tick);
+            self.bests = BestOfRound::new(tick);
         }
         if before.phase != RoundPhase::Running {
             return None;
@@ -191,7 +191,7 @@ impl Moments {
             kind => kind,
         };
         if let (MomentKind::Lap, Some(seat)) = (kind, by) {
-            self.tally.note_lap(seat, tick);
+            self.bests.note_lap(seat, tick);
         }
         // The laps of others are told by the list of players.
         let is_own = by == Some(room.seat);

@@ -82,7 +82,7 @@ fn a_goal_for_the_others_is_an_own_goal() {
     watched.step(1);
     let moment = watched.moments.banner(watched.room.display).expect("a banner");
     assert_eq!((moment.kind, moment.by), (MomentKind::OwnGoal, Some(Seat(0))));
-    assert!(watched.moments.tally.best().next().is_none(), "nobody is praised for it");
+    assert!(watched.moments.bests.best().next().is_none(), "nobody is praised for it");
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn laps_knock_outs_and_the_end_have_their_moments() {
     race.round.winners = vec![Side::Player(Seat(0))];
     race.step(50);
     assert_eq!(race.banner(), Some(MomentKind::Over));
-    let best: Vec<_> = race.moments.tally.best().collect();
+    let best: Vec<_> = race.moments.bests.best().collect();
     assert!(matches!(best[..], [(Seat(1), Best::Lap(_))]), "{best:?}");
 
     let mut pong = Watched::new("pong", 2);

@@ -15,7 +15,7 @@ pub enum Best {
 
 /// The deeds of the players of a round.
 #[derive(Debug, Default)]
-pub struct Tally {
+pub struct BestOfRound {
     /// For each seat: goals, hits dealt and hits taken.
     counts: Vec<[u32; 3]>,
     /// The tick at which each seat's lap began; 0 if that was the start of the round.
@@ -24,10 +24,10 @@ pub struct Tally {
     began: f64,
 }
 
-impl Tally {
-    /// An empty tally of a round that begins at this tick.
-    pub fn new(began: f64) -> Tally {
-        Tally { began, ..Tally::default() }
+impl BestOfRound {
+    /// An empty list for a round that begins at this tick.
+    pub fn new(began: f64) -> BestOfRound {
+        BestOfRound { began, ..BestOfRound::default() }
     }
 
     fn count(&mut self, seat: Seat, what: usize) {
