@@ -5,7 +5,7 @@ use jostle_protocol::limits::EMOTES;
 use jostle_sim::Vec2;
 
 /// How long an emote is shown, milliseconds.
-pub const SHOWN_MS: f64 = 2000.0;
+pub const SHOWN_MS: f64 = 3000.0;
 
 /// An emote over a hero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,14 +70,14 @@ mod tests {
     }
 
     #[test]
-    fn an_emote_is_shown_for_two_seconds_or_until_the_next() {
+    fn an_emote_is_shown_for_three_seconds_or_until_the_next() {
         let mut shown = ShownEmotes::default();
         shown.show(0.0, Seat(1), 3);
         shown.show(500.0, Seat(2), 4);
         shown.show(1000.0, Seat(1), 5);
         let at = |now_ms| shown.at(now_ms).map(|s| (s.seat.0, s.emote)).collect::<Vec<_>>();
         assert_eq!(at(1000.0), [(2, 4), (1, 5)]);
-        assert_eq!(at(2600.0), [(1, 5)]);
-        assert_eq!(at(3000.0), []);
+        assert_eq!(at(3600.0), [(1, 5)]);
+        assert_eq!(at(4000.0), []);
     }
 }

@@ -38,7 +38,7 @@ pub struct Target {
     pub pixels: [u32; 2],
     /// Centre and velocity of the hero to follow.
     pub hero: Option<(Vec2, Vec2)>,
-    /// Device pixels at the top covered by the HUD when the whole world is shown.
+    /// Device pixels at the top covered by the HUD.
     pub top: u32,
     /// Device pixels at the bottom covered by the HUD when the whole world is shown.
     pub bottom: u32,
@@ -98,8 +98,7 @@ impl Camera {
 
     fn fit(&mut self, target: Target, aspect: f32) -> View {
         let needed = self.world * (1.0 + 2.0 * MARGIN);
-        let share = |pixels: u32| (pixels as f32 / target.pixels[1] as f32).min(0.25);
-        let (top, bottom) = (share(target.top), share(target.bottom));
+        let (top, bottom) = (covered(target.top, target), covered(target.bottom, target));
         let height = (needed.y / (1.0 - top - bottom)).max(needed.x / aspect);
         if height <= needed.y * UPRIGHT || aspect >= 1.0 {
             let center = self.world * 0.5 + Vec2::new(0.0, 0.5 * (top - bottom) * height);
@@ -111,14 +110,20 @@ impl Camera {
             Some(_) => self.walk(target, aspect, height.min(needed.y * UPRIGHT_HEIGHT)),
             None => View { center: self.world * 0.5, height, pixels: target.pixels },
         };
-        view.center.y -= (0.5 - UPRIGHT_MIDDLE) * view.height;
+        let middle = UPRIGHT_MIDDLE.max(top + 0.5 * needed.y / view.height);
+        view.center.y -= (0.5 - middle) * view.height;
         view
     }
 
     fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {
         let whole = height_of_all(self.world, target.pixels);
         let height = nominal.max(nominal * FOLLOW_WIDTH_MIN / aspect).min(whole);
-        self.walk(target, aspect, height)
+        let mut view = self.walk(target, aspect, height);
+        // At the ceiling, the view reaches beyond the world, so that the HUD does not cover the hero there.
+        let room = covered(target.top, target) * height;
+        let above = view.center.y + 0.5 * height + room - self.world.y;
+        view.center.y += above.clamp(0.0, room);
+        view
     }
 
     /// A view of this height that follows the hero.
@@ -136,6 +141,11 @@ impl Camera {
         }
         View { center, height, pixels: target.pixels }
     }
+}
+
+/// The share of the picture's height that this many pixels of HUD cover. A HUD that covers more is not avoided.
+fn covered(pixels: u32, target: Target) -> f32 {
+    (pixels as f32 / target.pixels[1] as f32).min(0.25)
 }
 
 /// The share of the distance to the hero that the view covers in this many seconds. Each tick covers the same share of

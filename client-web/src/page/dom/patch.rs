@@ -11,7 +11,7 @@ use web_sys::{Element, HtmlElement, HtmlInputElement, HtmlSelectElement, HtmlTem
 #[derive(Default)]
 pub struct Patch {
     shown: Vec<View>,
-    /// The element that had the focus before a panel took it.
+    /// The element that visibly had the focus before a panel took it.
     before: Option<HtmlElement>,
 }
 
@@ -48,7 +48,9 @@ impl Patch {
 
     fn move_focus(&mut self, from: Option<&str>, to: Option<&str>) {
         if from.is_none() {
-            self.before = focused();
+            // After a click, a ring around the button would stay when the dialog is gone.
+            self.before =
+                focused().filter(|element| element.matches(":focus-visible").unwrap_or(false));
         }
         let element = match to {
             Some(at) => dom::query(at),

@@ -27,6 +27,24 @@ fn fit_keeps_the_floor_above_the_key_caps() {
 }
 
 #[test]
+fn a_hero_at_the_ceiling_is_below_the_bar() {
+    let ceiling = Vec2::new(100.0, WORLD.y);
+    for (rule, pixels) in [
+        (CameraRule::Fit, [1280, 657]),
+        (CameraRule::Follow { height: 60.0 }, [1280, 657]),
+        (CameraRule::Fit, [390, 844]),
+        (CameraRule::Follow { height: 60.0 }, [390, 844]),
+    ] {
+        let hud = Target { top: 96, ..target(pixels, Some((ceiling, Vec2::ZERO))) };
+        let top = Camera::new(rule, WORLD).view(hud).to_pixel(ceiling).y;
+        assert!(top >= 95.9, "{rule:?} on {pixels:?}: at {top}");
+    }
+    let low = Target { top: 96, ..target([1280, 657], Some((Vec2::new(100.0, 30.0), Vec2::ZERO))) };
+    let view = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD).view(low);
+    assert_eq!(view.center.y, 30.0, "elsewhere the hero stays in the middle");
+}
+
+#[test]
 fn fit_leaves_the_lower_part_of_an_upright_phone_to_the_thumbs() {
     let view = Camera::new(CameraRule::Fit, WORLD).view(target([720, 1480], None));
     let middle = view.to_pixel(WORLD * 0.5).y;
