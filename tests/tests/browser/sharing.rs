@@ -61,6 +61,7 @@ pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result
     assert_eq!(link, ada.link().await?);
     let bob = stage.visit_link(&link, Screen::PHONE.sharp()).await?;
     bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
+    bob.click_on("#menu").await?;
     bob.click_on("#qr-code").await?;
     bob.until_true("!document.querySelector('#notice-code').hidden").await?;
     bob.keep("sharing-code-phone").await?;

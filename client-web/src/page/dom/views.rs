@@ -35,7 +35,7 @@ pub struct Views {
     opened: Panels,
     world_shown: bool,
     numbers_ms: f64,
-    /// The heights covered by the scoreboard at the top of the canvas and by the key caps at its bottom, CSS pixels.
+    /// The heights covered by the bar at the top of the canvas and by the key caps at its bottom, CSS pixels.
     covered_css: [f32; 2],
     /// Whether to focus the canvas as soon as it is visible.
     pub focus_stage: bool,
@@ -172,7 +172,11 @@ impl Views {
         if now_ms - self.numbers_ms >= NUMBERS_MS {
             self.numbers_ms = now_ms;
             self.patch.show_all(&panels::OF_NUMBERS, app);
-            self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
+            // Both rows of buttons and the scoreboard form the bar.
+            let bar = ["board", "bar-left", "bar-right"]
+                .map(|id| dom::html(id).get_bounding_client_rect().bottom() as f32);
+            let caps = dom::html("caps").offset_height() as f32;
+            self.covered_css = [bar.into_iter().fold(0.0, f32::max), caps];
         }
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());

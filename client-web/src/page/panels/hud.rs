@@ -59,6 +59,8 @@ fn game_title(view: View, app: &App, game: &GameScreen, scene: &Scene) -> View {
     view.text("title", format!("{} \u{b7} Jostle", say(&scene.title)))
         .text("#room-title", say(&scene.title).to_owned())
         .text("#room-code", watched.unwrap_or(about))
+        .show("#join-room", game.watches())
+        .with("#join-room", "data-value", game.connection.code.clone())
         .text_or_hide("#hint", help::hint(scene, &app.settings))
 }
 

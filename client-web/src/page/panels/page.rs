@@ -23,8 +23,9 @@ pub fn view(app: &App) -> View {
         .yes("", "data-touch", app.settings.touched)
         .yes("", "data-world", app.picture.world_shown)
         .with_or_without("", "data-hud", hud);
-    // `style.css` keeps the buttons as wide as the longest of these texts.
-    ["#copy", "#edit-copy"]
-        .into_iter()
-        .fold(view, |view, at| view.text(at, text).with(at, "title", title))
+    view.text("#copy span", text)
+        .with("#copy", "title", if title.is_empty() { text } else { title })
+        .yes("#copy", "data-copied", app.visit.copied == Some(true))
+        .text("#edit-copy", text)
+        .with("#edit-copy", "title", title)
 }
