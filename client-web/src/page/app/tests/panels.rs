@@ -338,3 +338,13 @@ fn a_full_room_is_explained() {
     assert!(browser.is_shown("#notice"));
     assert_eq!(browser.text_at("#notice-text"), Refusal::RoomFull.message());
 }
+
+#[test]
+fn who_watches_is_offered_to_join_in() {
+    let playing = Browser::playing();
+    assert!(!playing.is_shown("#join-room"));
+    let mut watching = Browser::open("/arena", "?watch=1");
+    watching.accept("arena");
+    assert!(watching.is_shown("#join-room"));
+    assert_eq!(playing.panel("page").text_of("#copy span"), Some("Copy link"));
+}
