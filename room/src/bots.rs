@@ -7,17 +7,18 @@ mod terrain;
 
 use aims::Aims;
 use bot::Bot;
-use jostle_game::{Buttons, Game, Input, Seat};
+use jostle_game::{Buttons, Game, Input, Seat, Side};
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
 use jostle_sim::Rng;
+use jostle_sim::math::max;
 use terrain::Terrain;
 
 /// Number of ticks between surveys of the obstacles.
 const SURVEY_TICKS: u32 = 30;
 /// Lead over the best person, as a share of the points or lives of a round, that a bot has to have to play at its
 /// slowest.
-const EASE_LEAD: f32 = 0.4;
+const EASE_LEAD: f32 = 0.15;
 /// Points of a round without a number of its own.
 const EASE_POINTS: i32 = 20;
 /// The random stream, derived from the seed, that the bots use.
@@ -140,16 +141,21 @@ impl Bots {
     fn ease(&mut self, game: &Game) {
         let Some(round) = game.round() else { return };
         let rules = game.scene().rules.round.as_ref();
-        let goal = rules.and_then(|round| round.goal.or(round.lives)).unwrap_or(EASE_POINTS);
+        let goal = rules.and_then(|round| round.goal.or(round.lives)).unwrap_or(EASE_POINTS) as f32;
+        let gates = self.aims.gates.len().max(1) as f32;
         let standing = |seat: Seat| {
-            let side = round.side(round.side_of(seat));
-            side.map_or(0, |side| side.score + side.lives)
+            let side = round.side_of(seat);
+            let of_side = round
+                .orders
+                .iter()
+                .filter(|order| order.side == Some(side) || order.side == Some(Side::Player(seat)));
+            let laps = of_side.map(|order| f32::from(order.steps) / gates).fold(0.0, max);
+            round.side(side).map_or(0.0, |side| (side.score + side.lives) as f32 + laps)
         };
         let people = round.players.iter().map(|player| player.seat).filter(|&seat| !self.has(seat));
-        let best = people.map(standing).max();
+        let Some(best) = people.map(standing).reduce(max) else { return };
         for bot in &mut self.bots {
-            let lead = best.map_or(0, |best| standing(bot.seat) - best);
-            bot.ease = (lead as f32 / (goal as f32 * EASE_LEAD)).clamp(0.0, 1.0);
+            bot.ease = ((standing(bot.seat) - best) / (goal * EASE_LEAD)).clamp(0.0, 1.0);
         }
     }
 

@@ -17,6 +17,8 @@ const MISS: f32 = 6.0;
 const RANGE: f32 = 130.0;
 /// A bot shoots on one in this many looks.
 const SHOT_CHANCE: u32 = 4;
+/// Distance from a ball within which an obstacle does not keep a bot from reaching it, world units.
+const NEAR_SIDE: f32 = 22.0;
 /// Share of the looks at which a bot idles that is as far ahead as it counts.
 const EASE_SHARE: f32 = 0.7;
 /// Desired speed below which no key is pressed, units/s.
@@ -77,13 +79,11 @@ impl Bot {
             return self.held;
         }
         self.wait = LOOK_TICKS + self.rng.below(LOOK_MORE);
-        // A bot far ahead of the people idles at some of its looks.
-        if self.rng.range(0.0, 1.0) < self.ease * EASE_SHARE {
-            self.held = Input::default();
-            return self.held;
-        }
+        let is_easy = self.rng.range(0.0, 1.0) < self.ease * EASE_SHARE;
         self.held = match game.scene().lane(own.team) {
             Some(lane) => self.keep_lane(game, aims, &own, lane),
+            // A bot far ahead of the people idles at some of its looks.
+            None if is_easy => Input::default(),
             None => self.fly(game, aims, terrain, &own),
         };
         self.held
@@ -119,7 +119,8 @@ impl Bot {
         let middle = game.scene().size[along] * 0.5;
         let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { middle };
         // Sometimes the bot misjudges the ball.
-        let miss = if self.rng.below(3) == 0 { 6.0 * MISS } else { MISS };
+        let is_off = self.rng.range(0.0, 1.0) < 0.5 + self.ease * 0.4;
+        let miss = if is_off { 8.0 * MISS } else { MISS };
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];
         let mut way = Vec2::ZERO;
         way[along] = off * 4.0 - own.velocity[along] * 0.5;
@@ -145,7 +146,7 @@ impl Bot {
         if let Some(&zone) = aims.gates.get(self.gate) {
             return middle(&zones[usize::from(zone)], scene.size);
         }
-        if let Some(zone) = aims.hill {
+        if let Some(zone) = aims.hill.filter(|_| self.ease < 1.0) {
             let spread = Vec2::new(self.rng.range(-4.0, 4.0) * MISS, 0.0);
             return middle(&zones[usize::from(zone)], scene.size) + spread;
         }
@@ -178,7 +179,8 @@ impl Bot {
         let carriers = game.players().filter(|player| player.carried.is_some_and(is_thing));
         let carrier = carriers.map(|player| player.seat).next();
         Some(match (carrier, lost) {
-            (Some(seat), None) if seat == self.seat => home,
+            // The thing, not the hero, has to be in the zone.
+            (Some(seat), None) if seat == self.seat => home - (thing - own.at),
             (Some(_), Some(lost)) => lost,
             (Some(_), None) => home,
             (None, Some(lost)) if self.guards(game, own) => lost,
@@ -241,7 +243,8 @@ impl Bot {
         let late = (own.at.distance(ball) / 110.0).min(0.5);
         let ball = ball + velocity * late;
         if let Some(home) = defended.map(goal) {
-            let is_far = !terrain.is_open(own.at, ball);
+            let near_side = ball + (own.at - ball).clamp_length_max(NEAR_SIDE);
+            let is_far = !terrain.is_open(own.at, near_side);
             if is_far || (self.guards(game, own) && own.at.distance(ball) > 45.0) {
                 let share = if self.guards(game, own) { 0.25 } else { 0.4 };
                 return Some(home.lerp(ball, share));

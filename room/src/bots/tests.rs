@@ -244,7 +244,7 @@ fn verify(bytes: Vec<u8>) {
 /// The result of a match between bots.
 struct Match {
     ticks: u32,
-    winners: Vec<jostle_game::Side>,
+    winners: Vec<Side>,
     bytes: Vec<u8>,
 }
 
@@ -289,8 +289,8 @@ fn bots_play_every_game_to_its_end_and_their_replays_verify() {
             ticks += u64::from(played.ticks);
             for side in played.winners {
                 let number = match side {
-                    jostle_game::Side::Team(team) => usize::from(team),
-                    jostle_game::Side::Player(seat) => usize::from(seat.0),
+                    Side::Team(team) => usize::from(team),
+                    Side::Player(seat) => usize::from(seat.0),
                 };
                 won[number] += 1;
             }

@@ -4,4 +4,6 @@
 mod allocations;
 mod crowd;
 mod faults;
+mod matches;
+mod novice;
 mod one_hash;
