@@ -75,7 +75,7 @@ impl Tally {
 const SCENES: [&str; 7] = ["flags", "roundup", "hockey", "hill", "splash", "race", "pong"];
 
 #[test]
-fn an_idle_player_never_wins_and_a_novice_sometimes_does() {
+fn an_idle_player_wins_no_match_against_bots() {
     println!(
         "| scene | novice won | drawn | lost | s each | points, novice | points, others | idle won |"
     );
