@@ -1,4 +1,4 @@
-//! Matches of one person against the bots of a scene. Optimised builds play a hundred of each (`cargo xtask bots`).
+//! Matches of one person against the bots of a scene. Optimised builds play a hundred of each.
 
 use super::novice::Novice;
 use jostle_game::{Game, Input, RoundPhase, Scene, Seat, Side};
