@@ -2,9 +2,12 @@
 
 use toml::de::{DeTable, DeValue};
 
-/// The reason why a scene was refused. Displays as `file:line: field: found ..., allowed ...`.
+/// Beginning of the allowed content if it is a guess at what was meant.
+pub(super) const GUESS: &str = "did you mean ";
+
+/// The reason why a scene was refused. Displays as `file:line: field: found ...; allowed: ...`.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{file}:{line}: {field}: found {found}; allowed: {allowed}")]
+#[error("{file}:{line}: {field}: found {found}; {}{allowed}", lead(allowed))]
 pub struct SceneError {
     /// File name, as given by the caller.
     pub file: String,
@@ -14,8 +17,13 @@ pub struct SceneError {
     pub field: String,
     /// Content of the file at this field.
     pub found: String,
-    /// Allowed content of this field.
+    /// Allowed content of this field, or a question that names the field that was probably meant.
     pub allowed: String,
+}
+
+/// The words before what is allowed; none before a question.
+fn lead(allowed: &str) -> &'static str {
+    if allowed.starts_with(GUESS) { "" } else { "allowed: " }
 }
 
 /// The line that contains a byte of a text, counted from 1. Past the end, it is the last line.

@@ -115,7 +115,12 @@ fn the_fire_preset_is_the_chapters_recipe() {
 fn unknown_names_are_refused_where_they_stand() {
     let fields = "the fields radius, size, mass, restitution, friction, gravity_scale, drag, group, \
                   thrust, speed_max, spawns, walk, lane";
-    refused("spawns =", "sapwns =", 13, "hero.sapwns", "an unknown field", fields);
+    refused("spawns =", "places =", 13, "hero.places", "an unknown field", fields);
+    let guess = "did you mean spawns?";
+    refused("spawns =", "sapwns =", 13, "hero.sapwns", "an unknown field", guess);
+    let error = Scene::parse("a.toml", &SMALL.replace("radius = 3", "raduis = 3"));
+    let told = error.expect_err("a misspelled field").to_string();
+    assert!(told.ends_with("found an unknown field; did you mean radius?"), "{told}");
     let groups = "one of platform, block, hero, pack";
     refused(
         r#"["block", "platform"]"#,
