@@ -119,8 +119,8 @@ impl Bot {
         let middle = game.scene().size[along] * 0.5;
         let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { middle };
         // Sometimes the bot misjudges the ball.
-        let is_off = self.rng.range(0.0, 1.0) < 0.5 + self.ease * 0.4;
-        let miss = if is_off { 8.0 * MISS } else { MISS };
+        let is_off = self.rng.range(0.0, 1.0) < 0.33 + self.ease * 0.3;
+        let miss = if is_off { 7.0 * MISS } else { MISS };
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];
         let mut way = Vec2::ZERO;
         way[along] = off * 4.0 - own.velocity[along] * 0.5;

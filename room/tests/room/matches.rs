@@ -76,27 +76,27 @@ const SCENES: [&str; 7] = ["flags", "roundup", "hockey", "hill", "splash", "race
 
 #[test]
 fn an_idle_player_wins_no_match_against_bots() {
-    println!(
-        "| scene | novice won | drawn | lost | s each | points, novice | points, others | idle won |"
-    );
-    let mut idle_won = 0;
+    for name in SCENES {
+        let idle = matches(name, MATCHES, |_| Box::new(|_, _| Input::default()));
+        println!("{name}: an idle player won {}, drew {}", idle.won, idle.shared);
+        assert_eq!(idle.won, 0, "an idle player wins {name}");
+    }
+}
+
+/// Prints how often a scripted novice wins; the docs have the figures.
+#[test]
+fn a_novice_is_an_opponent_for_bots() {
+    println!("| scene | won | drawn | lost | seconds per match | points, novice | others |");
+    let mut scored = 0;
     for name in SCENES {
         let novice = matches(name, MATCHES, |seed| {
             let mut novice = Novice::new(seed);
             Box::new(move |game, seat| novice.play(game, seat))
         });
-        let idle = matches(name, MATCHES, |_| Box::new(|_, _| Input::default()));
-        let [own, others] = novice.points;
-        println!(
-            "| `{name}` | {} | {} | {} | {} | {own} | {others} | {} (drawn {}) |",
-            novice.won,
-            novice.shared,
-            novice.lost,
-            novice.seconds / MATCHES,
-            idle.won,
-            idle.shared
-        );
-        idle_won += idle.won;
+        let Tally { won, shared, lost, seconds, points: [own, others] } = novice;
+        let each = seconds / MATCHES;
+        println!("| `{name}` | {won} | {shared} | {lost} | {each} | {own} | {others} |");
+        scored += own;
     }
-    assert_eq!(idle_won, 0, "an idle player wins");
+    assert!(scored > 0, "the novice scores nothing in any scene");
 }
