@@ -49,9 +49,7 @@ impl Bots {
     /// Creates the bots for a game; `None` if the scene uses no bots.
     pub fn of(game: &Game, seed: u64) -> Option<Bots> {
         let round = game.scene().rules.round.as_ref()?;
-        // Where a round needs several players, nobody waits for the others.
-        let needed = if round.players_min > 1 { round.players_min } else { 0 };
-        Bots::filling(game, seed, usize::from(round.fill.max(needed)))
+        Bots::filling(game, seed, usize::from(round.fill))
     }
 
     /// Creates bots that fill the room until this many seats are taken; `None` if `fill` is 0 or the scene has no hero.

@@ -149,6 +149,7 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     until_verdict(&tab, "whole", "Fully verified").await?;
     let end = until(&tab, "all compared", |shown| shown.compared == TICKS).await?;
     assert_eq!((end.agrees_until, end.differs_at), (TICKS, None));
+    tab.click_on("#menu").await?;
     tab.click_on("#leave").await?;
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }

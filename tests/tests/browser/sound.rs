@@ -97,6 +97,7 @@ pub async fn sound_begins_with_play_and_rests_while_hidden(stage: Arc<Stage>) ->
     hide(&tab, false).await?;
     tab.until("sound", |s| s.sound.context == "running").await?;
 
+    tab.click_on("#menu").await?;
     tab.click_on("#leave").await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     tab.until("silence", |s| s.sound.context == "suspended").await?;
