@@ -178,7 +178,10 @@ impl Load {
         let report = played?;
         println!("{report}");
         if self.processes == 1 && part.clients > 0 {
-            println!("{}", runtime.block_on(Bare::measure(part.clients, report.play.message_bytes()))?);
+            println!(
+                "{}",
+                runtime.block_on(Bare::measure(part.clients, report.play.message_bytes()))?
+            );
         }
         report.failure().map_or(Ok(()), |failure| bail!(failure))
     }
