@@ -157,6 +157,7 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     let watched = |s: &State| s.state == "replay" && s.replay.as_ref().is_some_and(|r| r.tick > 5);
     tab.until("the replay of the address", watched).await?;
     tab.until_true("!document.querySelector('#copy').hidden").await?;
+    tab.click_on("#menu").await?;
     tab.click_on("#leave").await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     assert_eq!(tab.link().await?, server.link(BELOW));
@@ -190,6 +191,7 @@ async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -
     let keep =
         "(HTMLAnchorElement.prototype.click = function () { window.saved = this.href; }, true)";
     tab.eval::<bool>(keep).await?;
+    tab.click_on("#menu").await?;
     tab.click_on("#keep-clip").await?;
     tab.until_true("!document.querySelector('#clip').hidden").await?;
     tab.keep("clip-phone").await?;
