@@ -159,7 +159,8 @@ pub fn nearest_inside(zone: &ZoneSpec, size: Vec2, from: Vec2) -> Vec2 {
     const MARGIN: f32 = 12.0;
     match zone.area {
         ZoneArea::Box(area) => {
-            let margin = ((area.high - area.low) * 0.5).min(Vec2::splat(MARGIN));
+            let half = (area.high - area.low) * 0.5;
+            let margin = Vec2::new(half.x.clamp(0.0, MARGIN), half.y.clamp(0.0, MARGIN));
             from.clamp(area.low + margin, area.high - margin)
         }
         _ => middle(zone, size),

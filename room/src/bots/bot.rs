@@ -240,7 +240,7 @@ impl Bot {
         let goal = |goal: &Goal| middle(&scene.rules.zones[usize::from(goal.zone)], scene.size);
         let (ball, velocity) = nearest_ball(game, attacked.balls, own.at)?;
         let defended = aims.goals.iter().find(|goal| !goal.is_good_for(team));
-        let late = (own.at.distance(ball) / 110.0).min(0.5);
+        let late = (own.at.distance(ball) / 110.0).clamp(0.0, 0.5);
         let ball = ball + velocity * late;
         if let Some(home) = defended.map(goal) {
             let near_side = ball + (own.at - ball).clamp_length_max(NEAR_SIDE);

@@ -41,7 +41,7 @@ impl Novice {
 
     /// The input for the next tick.
     pub fn play(&mut self, game: &Game, seat: Seat) -> Input {
-        if game.tick_count() % LOOK_TICKS != 0 {
+        if !game.tick_count().is_multiple_of(LOOK_TICKS) {
             self.held = self.held.with_buttons(Buttons(self.held.buttons().0 & !Buttons::FIRE.0));
             return self.held;
         }

@@ -95,7 +95,7 @@ fn back_and_forward_keep_the_seat() {
     let mut browser = Browser::playing();
     let key = "jostle.seat.arena".to_owned();
     let token = Token([7; limits::TOKEN_BYTES]);
-    browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Some(token.clone()));
+    browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Some(token));
     let at = |path: &str| Address { path: path.into(), ..Address::default() };
     let done = browser.say(Event::Navigated(at("/")));
     assert!(has(&done, "Disconnect { leaving: false }"), "{done:?}");
@@ -104,7 +104,7 @@ fn back_and_forward_keep_the_seat() {
     browser.say(Event::Navigated(at("/arena")));
     browser.accept("arena");
     let claim = browser.sent.iter().rev().find_map(|message| match message {
-        ClientMessage::Hello { token, .. } => Some(token.clone()),
+        ClientMessage::Hello { token, .. } => Some(*token),
         _ => None,
     });
     assert_eq!(claim, Some(Some(token)));
