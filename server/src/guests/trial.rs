@@ -155,7 +155,7 @@ mod tests {
         let error = played.expect_err("it took longer");
         assert_eq!(
             error.to_string(),
-            "pile.toml:11: limits.dumb: found a slow scene: 31 of its ticks took 62 ms; allowed: at most \
+            "pile.toml:12: limits.dumb: found a slow scene: 31 of its ticks took 62 ms; allowed: at most \
              0.5 ms a tick; most time goes into what this field brings"
         );
     }
