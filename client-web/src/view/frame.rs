@@ -35,7 +35,7 @@ pub struct FrameBody {
     pub squash: Option<f32>,
 }
 
-/// What a zone is drawn as.
+/// The form in which a zone is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ZoneSign {
     #[default]

@@ -15,7 +15,7 @@ pub struct Style {
     pub wood: [Rgb; 3],
     /// Painted balls.
     pub toys: [Rgb; 3],
-    /// What is written and drawn on the stage.
+    /// Texts and pictures on the stage.
     pub pen: Rgb,
     /// Light that the lines of the grid add, red, green and blue; negative on light ground.
     pub lines: [f32; 3],

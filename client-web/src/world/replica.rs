@@ -72,7 +72,7 @@ pub struct Replica {
     names: Vec<Option<Appearance>>,
     ears: Listener,
     dye: Dye,
-    /// What just happened.
+    /// The newest event.
     pub moments: Moments,
     /// Highlights, if the game has rounds.
     pub highlights: Option<Highlights>,

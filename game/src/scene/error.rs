@@ -21,6 +21,27 @@ pub struct SceneError {
     pub allowed: String,
 }
 
+/// The name that was probably meant: the one with the fewest edits, if these are at most a third of the letters.
+pub(super) fn nearest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
+    let near = names.iter().map(|name| (edits_between(word, name), *name));
+    let (edits, name) = near.min_by_key(|(edits, _)| *edits)?;
+    (3 * edits <= word.len().max(3)).then_some(name)
+}
+
+/// The number of letters inserted, removed or replaced between two words (Levenshtein distance).
+fn edits_between(one: &str, other: &str) -> usize {
+    let mut row: Vec<usize> = (0..=other.len()).collect();
+    for (at, letter) in one.bytes().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], at + 1);
+        for (index, known) in other.bytes().enumerate() {
+            let replaced = corner + usize::from(letter != known);
+            corner = row[index + 1];
+            row[index + 1] = replaced.min(corner + 1).min(row[index] + 1);
+        }
+    }
+    row[other.len()]
+}
+
 /// The words before what is allowed; none before a question.
 fn lead(allowed: &str) -> &'static str {
     if allowed.starts_with(GUESS) { "" } else { "allowed: " }

@@ -13,7 +13,7 @@
 //! [`Document::checked`] returns the first error at the end. A table is therefore always read as a whole, and a
 //! misspelled field is reported as unknown rather than as missing.
 
-use super::error::{GUESS, SceneError, line_at};
+use super::error::{GUESS, SceneError, line_at, nearest};
 use super::limits::{SIZE_MAX, SPEED_MAX};
 #[cfg(test)]
 use super::tests::reference::FieldNote;
@@ -566,27 +566,6 @@ pub(super) fn read_list<T>(
         field.refuse_as(format!("{} entries", entries.len()), format!("at most {max}"));
     }
     entries.iter().map(|entry| entry.table(&mut read)).collect()
-}
-
-/// The name that was probably meant: the one with the fewest edits, if these are at most a third of the letters.
-fn nearest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
-    let near = names.iter().map(|name| (edits_between(word, name), *name));
-    let (edits, name) = near.min_by_key(|(edits, _)| *edits)?;
-    (3 * edits <= word.len().max(3)).then_some(name)
-}
-
-/// The number of letters inserted, removed or replaced between two words (Levenshtein distance).
-fn edits_between(one: &str, other: &str) -> usize {
-    let mut row: Vec<usize> = (0..=other.len()).collect();
-    for (at, letter) in one.bytes().enumerate() {
-        let mut corner = std::mem::replace(&mut row[0], at + 1);
-        for (index, known) in other.bytes().enumerate() {
-            let replaced = corner + usize::from(letter != known);
-            corner = row[index + 1];
-            row[index + 1] = replaced.min(corner + 1).min(row[index] + 1);
-        }
-    }
-    row[other.len()]
 }
 
 fn path_of(table: &str, name: &str) -> String {

@@ -1,5 +1,5 @@
-//! A scripted novice: goes straight for the obvious aim of a shipped scene, reacts late, and throws at whoever is
-//! nearest.
+//! A scripted novice: goes straight for the obvious aim of a shipped scene, reacts late, and throws at the
+//! nearest hero.
 
 use jostle_game::{Buttons, Game, Input, Seat};
 use jostle_sim::{BodyId, Motion, Rng, Vec2};

@@ -53,7 +53,7 @@ fn past_result(replica: &Replica) -> Option<ResultView> {
     RoundContext { round, ..context(replica)? }.result_view()
 }
 
-/// What players did best in the round.
+/// The best achievements of the round.
 fn bests(replica: &Replica) -> Vec<View> {
     let players = replica.room.players();
     let bests = replica.moments.bests.best().filter_map(|(seat, best)| {

@@ -247,7 +247,7 @@ fn zone(room: &RoomView, index: usize, spec: &ZoneSpec, round: &RoundInfo) -> Op
     Some(FrameZone { index, shape, center, sign, color, on, taken })
 }
 
-/// What a zone is, as far as its area shows it.
+/// The kind of a zone, as far as its area shows it.
 pub(super) fn sign(world: Vec2, spec: &ZoneSpec) -> ZoneSign {
     match spec.area {
         _ if spec.follow.is_some() => ZoneSign::Flag,

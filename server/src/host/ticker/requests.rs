@@ -1,4 +1,4 @@
-//! The messages that players send to their room. Inputs and views are applied immediately; requests that others notice wait until
+//! The messages of players to their room. Inputs and views are applied immediately; requests that others notice wait until
 //! all inboxes are empty.
 
 use super::open_room::OpenRoom;
