@@ -3,6 +3,7 @@
 use super::field::{self, Spot};
 use super::history::History;
 use super::number::rounded;
+use super::palette::is_bare;
 use super::snap::{Extents, unit_of};
 use super::text::{List, Piece, PieceId, Place, Point, ScenePieces, vector};
 use crate::language::{fill, say};
@@ -27,7 +28,7 @@ pub struct SceneDocument {
     pub sheet: ScenePieces,
     /// Whether the text is valid TOML.
     pub is_toml: bool,
-    /// The most recent version of the text that was a valid scene.
+    /// The most recent version of the text that was a valid scene; `None` if the text is empty.
     pub scene: Option<Arc<Scene>>,
     /// Why the text is not a valid scene.
     pub error: Option<SceneError>,
@@ -83,6 +84,9 @@ impl SceneDocument {
         match Scene::parse(&self.file, &self.text) {
             Ok(scene) => (self.scene, self.error) = (Some(Arc::new(scene)), None),
             Err(error) => self.error = Some(error),
+        }
+        if is_bare(&self.text) {
+            self.scene = None;
         }
         true
     }

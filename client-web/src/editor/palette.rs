@@ -143,7 +143,7 @@ pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
 }
 
 /// Whether a text contains only comments and empty lines.
-fn is_bare(text: &str) -> bool {
+pub fn is_bare(text: &str) -> bool {
     text.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
 }
 

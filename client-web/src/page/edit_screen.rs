@@ -48,7 +48,7 @@ pub struct EditScreen {
     pub seed: u64,
     view: EditView,
     draft: DraftStatus,
-    /// The most recent valid scene at tick 0.
+    /// The most recent valid scene at tick 0; `None` if the text is empty.
     picture: Option<Replica>,
     /// The number of the current picture, so that rendering can tell pictures apart.
     copy: u32,
@@ -321,7 +321,8 @@ impl EditScreen {
 
     /// Checks changes to the text and updates the picture.
     pub fn advance(&mut self, canvas: Option<Canvas>) {
-        if self.editor.doc.check() && self.editor.doc.error.is_none() {
+        let doc = &mut self.editor.doc;
+        if doc.check() && (doc.error.is_none() || doc.scene.is_none()) {
             self.draw_scene();
         }
         let Some(canvas) = canvas else { return };
@@ -330,12 +331,13 @@ impl EditScreen {
     }
 
     fn draw_scene(&mut self) {
-        let Some(scene) = &self.editor.doc.scene else { return };
-        let game = Game::new(Arc::clone(scene), self.seed);
-        let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
-        picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
-        picture.advance(0.0, Eye::default());
-        self.picture = Some(picture);
+        self.picture = self.editor.doc.scene.as_ref().map(|scene| {
+            let game = Game::new(Arc::clone(scene), self.seed);
+            let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
+            picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
+            picture.advance(0.0, Eye::default());
+            picture
+        });
         self.copy += 1;
     }
 
