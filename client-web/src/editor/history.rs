@@ -56,6 +56,11 @@ impl EditStep {
     }
 }
 
+/// The bytes of a text that differ from the text before.
+pub fn changed(before: &str, after: &str) -> Range<usize> {
+    EditStep::between(before, after).map_or(0..0, |step| step.at..step.at + step.after.len())
+}
+
 /// The last offset up to `same` that is a character boundary in both texts.
 fn floor(before: &str, after: &str, mut same: usize) -> usize {
     while !before.is_char_boundary(same) || !after.is_char_boundary(same) {

@@ -1,6 +1,7 @@
 //! The text field of the editor. It lies over a copy of its text that underlines the error and highlights the
 //! selection.
 
+use crate::editor::history::changed;
 use crate::editor::state::Editor;
 use crate::editor::update::EditorEvent;
 use crate::page::dom;
@@ -36,10 +37,19 @@ impl TextView {
         if area.value() == editor.text() {
             return;
         }
+        let changed = changed(&area.value(), editor.text());
         let scroll = (area.scroll_top(), area.scroll_left());
         area.set_value(editor.text());
         area.set_scroll_top(scroll.0);
         area.set_scroll_left(scroll.1);
+        // Otherwise the cursor would be at the end of the text.
+        let had_focus = is_focused();
+        place_cursor(&area, editor.text(), changed.end);
+        if !had_focus && is_focused() {
+            // Some browsers give the field the focus along with a cursor.
+            let _ = area.blur();
+        }
+        reveal(editor.text(), changed.start);
     }
 
     /// Underlines the error and highlights the lines of the selection.
@@ -67,9 +77,8 @@ impl TextView {
         let area = area();
         let text = area.value();
         let at = at.min(text.len());
-        let units = text.get(..at).map_or(0, |before| before.encode_utf16().count()) as u32;
         let _ = area.focus();
-        let _ = area.set_selection_range(units, units);
+        place_cursor(&area, &text, at);
         reveal(&text, at);
         follow();
     }
@@ -77,6 +86,12 @@ impl TextView {
 
 fn area() -> HtmlTextAreaElement {
     dom::by_id("text")
+}
+
+/// Places the cursor at a byte of the field's text.
+fn place_cursor(area: &HtmlTextAreaElement, text: &str, at: usize) {
+    let units = text.get(..at).map_or(0, |before| before.encode_utf16().count()) as u32;
+    let _ = area.set_selection_range(units, units);
 }
 
 fn is_focused() -> bool {
