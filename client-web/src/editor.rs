@@ -18,6 +18,7 @@ pub mod sketch;
 pub mod snap;
 pub mod state;
 pub mod strings;
+pub mod templates;
 pub mod text;
 pub mod update;
 

@@ -4,6 +4,7 @@ use super::edit::{Splice, appended, apply};
 use super::field;
 use super::number::{decimals_of, rounded};
 use super::snap::unit_of;
+use super::templates::EMPTY;
 use super::text::{List, PieceId, ScenePieces};
 use jostle_sim::Vec2;
 
@@ -25,20 +26,6 @@ pub enum Make {
     /// A platform that moves back and forth.
     Path,
 }
-
-/// The scene that an empty text becomes when its first piece is added.
-pub const BLANK: &str = r#"title = "My scene"
-size = [320, 180]
-tools = ["hold"]
-groups = ["hero", "minion", "platform", "block", "pack"]
-pairs = [
-    ["hero", "platform"], ["hero", "hero"], ["hero", "block"], ["hero", "minion"],
-    ["minion", "platform"], ["minion", "minion"], ["minion", "block"],
-    ["block", "platform"], ["block", "block"],
-    ["pack", "platform"], ["pack", "block"], ["pack", "minion"],
-]
-particles_meet = ["hero", "platform", "block"]
-"#;
 
 /// Pairs of groups that collide by default.
 const PAIRS: [[&str; 2]; 12] = [
@@ -119,7 +106,7 @@ impl Make {
 /// Adds a piece at this point; returns the new text and the piece's id. `None` if the text is not valid TOML.
 pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     let text = match is_bare(text) {
-        true => format!("{text}{BLANK}"),
+        true => format!("{text}{EMPTY}"),
         false => text.to_owned(),
     };
     let text = make.group().map_or(text.clone(), |group| with_group(&text, group));

@@ -3,7 +3,7 @@ use super::palette::{self, Make};
 use super::state::Editor;
 use super::text::{List, PieceId, ScenePieces};
 use super::update::EditorEvent;
-use super::{edit, field, form};
+use super::{edit, field, form, templates};
 use jostle_game::Scene;
 use jostle_game::scene::FieldForm;
 use jostle_sim::{Rng, Vec2};
@@ -197,7 +197,8 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
         act(&mut editor, [EditorEvent::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
     }
     assert_eq!(editor.doc.error, None, "{}", editor.text());
-    assert_eq!(editor.doc.sheet.pieces.len(), Make::ALL.len());
+    let room = ScenePieces::read(templates::EMPTY).expect("TOML").pieces.len();
+    assert_eq!(editor.doc.sheet.pieces.len(), room + Make::ALL.len());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Finds every sentence of the page and checks that it exists in each language.
 
 use super::*;
+use crate::editor::templates;
 use jostle_game::Scene;
 use jostle_protocol::Refusal;
 use proc_macro2::{TokenStream, TokenTree};
@@ -88,6 +89,9 @@ fn sentences() -> BTreeSet<String> {
     found.extend(crate::view::palette::NAMES.map(str::to_owned));
     for scene in Scene::built_in() {
         of_scene(&scene, &mut found);
+    }
+    for (name, text) in templates::ALL {
+        of_scene(&Scene::parse(name, text).expect("a scene"), &mut found);
     }
     found.retain(|text| is_sentence(text));
     found

@@ -5,6 +5,7 @@ use crate::editor::palette::Make;
 use crate::editor::sketch;
 use crate::editor::state::Editor;
 use crate::editor::strings::NOT_KEPT;
+use crate::editor::templates;
 use crate::editor::update::EditorEvent;
 use crate::input::action::Action;
 use crate::input::bindings::Bindings;
@@ -151,7 +152,10 @@ impl EditScreen {
                 Some(make) => EditorEvent::Placed(make, self.view.view.center),
                 None => return,
             },
-            PageAction::EditNew => return self.editor.replace(String::new(), None),
+            PageAction::EditNew => match templates::named(value) {
+                Some(text) => return self.editor.replace(text.to_owned(), None),
+                None => return,
+            },
             PageAction::EditSave => {
                 let (file, text) = (self.editor.doc.file.clone(), self.editor.text().to_owned());
                 return ctx.request(Effect::SaveFile(file, text));

@@ -2,6 +2,7 @@
 //! and playing.
 
 use super::{App, Visit};
+use crate::editor::templates;
 use crate::net::api::{self, Request, bots_alone, file_error};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
@@ -60,7 +61,7 @@ impl App {
             // Use the scene's draft, if there is one.
             Destination::Editor(origin) => match (self.ctx.storage.draft(origin), origin) {
                 (None, Some(name)) => self.await_scene(PendingGame::Edit(name.to_owned())),
-                (draft, _) => self.edit(draft.unwrap_or_default().to_owned(), origin, SEED),
+                (draft, _) => self.edit(draft.unwrap_or(templates::EMPTY).to_owned(), origin, SEED),
             },
         }
         if let Screen::Game(_) = self.screen {

@@ -35,7 +35,7 @@ fn bar(view: View, screen: &EditScreen, edits: bool) -> View {
         ("#edit-redo", redo && edits),
         ("#edit-duplicate", chosen && edits),
         ("#edit-delete", chosen && edits),
-        ("#edit-new", !empty && edits),
+        ("#edit-new", edits),
         ("#edit-room", !empty && !screen.opening),
     ];
     let view = buttons.into_iter().fold(view, |view, (at, on)| view.flag(at, "disabled", !on));

@@ -1,6 +1,7 @@
 //! Tests of the editor: opening, playing and leaving it.
 
 use super::*;
+use crate::editor::templates;
 use crate::editor::update::EditorEvent;
 use crate::page::drafts::Draft;
 use crate::page::event::{Pointer, PointerChange};
@@ -50,7 +51,9 @@ fn a_shipped_scene_is_edited_played_and_edited_again() {
 #[test]
 fn what_is_edited_is_kept_and_comes_back() {
     let mut browser = browser_at("#edit", &[]);
-    assert_eq!((browser.app.state(), text(&browser).as_str()), ("editing", ""));
+    assert_eq!((browser.app.state(), text(&browser).as_str()), ("editing", templates::EMPTY));
+    browser.say(PULSE);
+    assert_eq!(browser.stored("jostle.draft"), None, "nothing was done yet");
     browser.say(clicked("edit-place", "block"));
     browser.say(PULSE);
     let kept = text(&browser);
@@ -68,9 +71,47 @@ fn what_is_edited_is_kept_and_comes_back() {
     pile.say(PULSE);
     assert_eq!(pile.stored("jostle.draft.pile"), Some(text(&pile)));
     // An empty text removes the draft, so the built-in scene is edited again.
-    pile.say(clicked("edit-new", ""));
-    pile.say(PULSE);
+    type_text(&mut pile, "");
     assert_eq!(pile.stored("jostle.draft.pile"), None);
+}
+
+#[test]
+fn new_begins_with_a_template_and_is_undone() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    browser.wait(100);
+    for (name, template) in templates::ALL {
+        browser.say(clicked("edit-new", name));
+        assert_eq!(text(&browser), template);
+        browser.click("edit-undo");
+        assert_eq!(text(&browser), SCENE);
+    }
+    browser.say(clicked("edit-new", "nonsense"));
+    assert_eq!(text(&browser), SCENE);
+}
+
+/// The number of bodies in the picture.
+fn pictured(browser: &mut Browser) -> usize {
+    browser.wait(20);
+    let frame = browser.app.screen.frame(browser.app.ctx.now_ms, true).expect("a frame");
+    frame.room.bodies.len()
+}
+
+#[test]
+fn the_picture_follows_the_text_down_to_nothing() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", "# Mine.\n")]);
+    assert_eq!(pictured(&mut browser), 0);
+    browser.say(clicked("edit-place", "ball"));
+    assert_eq!(pictured(&mut browser), 4, "a ball in a room of three walls");
+    browser.click("edit-undo");
+    assert_eq!(pictured(&mut browser), 0);
+    browser.click("edit-redo");
+    assert_eq!(pictured(&mut browser), 4);
+    type_text(&mut browser, "size = ");
+    assert_eq!(pictured(&mut browser), 4, "the last scene, while the text has an error");
+    type_text(&mut browser, "");
+    assert_eq!(pictured(&mut browser), 0);
+    browser.say(clicked("edit-new", "splash"));
+    assert!(pictured(&mut browser) > 4);
 }
 
 const PULSE: Event = Event::Pulse { hidden: false };
