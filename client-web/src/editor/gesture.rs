@@ -74,6 +74,15 @@ impl Editor {
         self.begin(DragTarget::New(make), id, Vec2::ZERO);
     }
 
+    /// The piece of the palette that a pointer holds, if the pointer has not been over the picture since.
+    pub fn pressed_piece(&self, pointer: i32) -> Option<Make> {
+        let gesture = self.gesture.as_ref().filter(|gesture| gesture.id == pointer)?;
+        match gesture.grip {
+            DragTarget::New(make) if !gesture.moving => Some(make),
+            _ => None,
+        }
+    }
+
     fn pick(&mut self, id: PieceId, adds: bool) {
         let mut ids = self.selection.clone();
         match (ids.iter().position(|known| *known == id), adds) {
@@ -105,7 +114,10 @@ impl Editor {
             return;
         };
         gesture.at = hand.at;
-        gesture.moving |= (hand.at - gesture.from).length() > STILL * hand.reach;
+        gesture.moving |= match gesture.grip {
+            DragTarget::New(_) => hand.inside,
+            _ => (hand.at - gesture.from).length() > STILL * hand.reach,
+        };
         hand.free |= gesture.free;
         if gesture.moving {
             self.drag(&gesture, &hand);

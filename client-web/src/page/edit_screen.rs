@@ -134,7 +134,10 @@ impl EditScreen {
         let deed = match pointer.change {
             PointerChange::Down => EditorEvent::Down(hand),
             PointerChange::Moved => EditorEvent::Moved(hand),
-            PointerChange::Up => EditorEvent::Up(hand),
+            PointerChange::Up => match self.editor.pressed_piece(pointer.id) {
+                Some(make) => EditorEvent::Placed(make, self.view.view.center),
+                None => EditorEvent::Up(hand),
+            },
             PointerChange::Left => return,
         };
         self.editor.update(now_ms, deed);

@@ -1,6 +1,7 @@
 //! Tests of the editor: opening, playing and leaving it.
 
 use super::*;
+use crate::editor::palette::Make;
 use crate::editor::templates;
 use crate::editor::update::EditorEvent;
 use crate::page::drafts::Draft;
@@ -87,6 +88,28 @@ fn new_begins_with_a_template_and_is_undone() {
     }
     browser.say(clicked("edit-new", "nonsense"));
     assert_eq!(text(&browser), SCENE);
+}
+
+#[test]
+fn a_piece_that_is_clicked_in_the_palette_comes_into_the_middle() {
+    let mut browser = browser_at("#edit", &[]);
+    browser.wait(100);
+    let take = |browser: &mut Browser| {
+        browser.say(Event::Edited(EditorEvent::Taken(Make::Ball, 7)));
+        pointed(browser, PointerChange::Moved, 7, true, [-40.0, 300.0]);
+    };
+    take(&mut browser);
+    pointed(&mut browser, PointerChange::Up, 7, true, [-40.0, 300.0]);
+    assert!(text(&browser).contains("position = [160, 90]\nradius = 4"));
+    browser.click("edit-undo");
+    // A piece that was over the picture and went back is not placed.
+    take(&mut browser);
+    pointed(&mut browser, PointerChange::Moved, 7, true, [300.0, 300.0]);
+    assert!(text(&browser).contains("radius = 4"));
+    for change in [PointerChange::Moved, PointerChange::Up] {
+        pointed(&mut browser, change, 7, true, [-40.0, 300.0]);
+    }
+    assert_eq!(text(&browser), templates::EMPTY);
 }
 
 /// The number of bodies in the picture.
