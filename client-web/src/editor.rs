@@ -14,6 +14,7 @@ mod gesture;
 pub mod history;
 pub mod number;
 pub mod palette;
+mod references;
 pub mod sketch;
 pub mod snap;
 pub mod state;

@@ -1,10 +1,13 @@
 //! Text edits that replace ranges of bytes and leave everything else unchanged.
 
 use super::number::written;
-use super::text::{Extent, Number, Piece, Place, Point, ScenePieces, line_end, line_start};
+use super::text::{
+    Extent, Number, Piece, Place, Point, ScenePieces, line_end, line_start, table_bytes,
+};
 use jostle_sim::Vec2;
 use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
+use toml::de::DeTable;
 
 /// A range of bytes and the text that replaces it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,14 +83,24 @@ pub fn removed<'a>(text: &str, pieces: impl IntoIterator<Item = &'a Piece>) -> V
 }
 
 fn own_bytes(text: &str, piece: &Piece) -> Range<usize> {
-    if piece.inline {
-        return item_bytes(text, &piece.bytes);
-    }
-    let Range { start, end } = piece.bytes;
+    if piece.inline { item_bytes(text, &piece.bytes) } else { with_gap(text, &piece.bytes) }
+}
+
+/// The bytes of a table, with the empty line above it.
+fn with_gap(text: &str, bytes: &Range<usize>) -> Range<usize> {
+    let Range { start, end } = *bytes;
     if start > 0 && line_start(text, start - 1) == start - 1 {
         return start - 1..end;
     }
     start..end
+}
+
+/// Removes a table in a list, which has a header at the start of `at` or is written in braces there.
+pub fn table_splice(text: &str, at: Range<usize>, table: &DeTable) -> Splice {
+    Splice::remove(match text[at.clone()].starts_with('{') {
+        true => item_bytes(text, &at),
+        false => with_gap(text, &table_bytes(text, at.start, table)),
+    })
 }
 
 /// The bytes of an entry between brackets, including its comma and the whitespace before it.

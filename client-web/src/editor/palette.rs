@@ -3,6 +3,7 @@
 use super::edit::{Splice, appended, apply};
 use super::field;
 use super::number::{decimals_of, rounded};
+use super::references::free_name;
 use super::snap::unit_of;
 use super::templates::EMPTY;
 use super::text::{List, PieceId, ScenePieces};
@@ -245,12 +246,4 @@ fn words(text: &str, path: &str) -> Option<Vec<String>> {
     let root = toml::de::DeTable::parse(text).ok()?;
     let items = root.get_ref().get(path)?.get_ref().as_array()?;
     Some(items.iter().filter_map(|item| item.get_ref().as_str().map(str::to_owned)).collect())
-}
-
-/// A name that no piece uses yet, such as `zone-2`.
-pub fn free_name(text: &str, base: &str) -> String {
-    let sheet = ScenePieces::read(text).unwrap_or_default();
-    let taken = |name: &str| sheet.pieces.iter().any(|piece| piece.name.as_deref() == Some(name));
-    let names = (1..).map(|number| format!("{base}-{number}"));
-    names.into_iter().find(|name| !taken(name)).unwrap_or_default()
 }

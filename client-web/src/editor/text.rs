@@ -271,7 +271,7 @@ pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
 }
 
 /// The bytes of a table whose header is at `header`, including the comments directly above it.
-fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
+pub fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
     let start = with_comments(text, line_start(text, header));
     start..line_end(text, last_byte(table).max(header))
 }

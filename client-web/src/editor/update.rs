@@ -8,6 +8,7 @@ use super::form::{rows, value};
 use super::history::History;
 use super::number::{DECIMALS_MAX, rounded};
 use super::palette::{self, Make};
+use super::references::{extend_rules, forget, free_name};
 use super::state::Editor;
 use super::strings;
 use super::text::{List, Piece, PieceId, Place, ScenePieces, vector};
@@ -153,8 +154,11 @@ impl Editor {
         }
         let gone = self.selection.len();
         let splices = edit::removed(self.text(), self.selected());
+        let names = self.selected().filter(|piece| !piece.scattered);
+        let names: Vec<String> = names.filter_map(|piece| piece.name.clone()).collect();
         self.selection.clear();
-        self.change(splices);
+        let text = apply(self.text(), splices);
+        self.commit(names.iter().fold(text, |text, name| forget(text, name)));
         self.said = strings::deleted(gone);
     }
 
@@ -178,15 +182,19 @@ impl Editor {
             let Some(piece) = sheet.piece(*id) else { return };
             let name = piece.name.as_ref().map(|name| {
                 let base = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '-');
-                palette::free_name(&text, if base.is_empty() { "copy" } else { base })
+                free_name(&text, if base.is_empty() { "copy" } else { base })
             });
             let by = Vec2::new(COPY_UNITS, COPY_UNITS) * self.doc.unit();
             let mut splices = edit::moved(&text, piece, by, DECIMALS_MAX);
-            let named = name.and_then(|name| {
+            let names = piece.name.clone().zip(name);
+            let named = names.as_ref().and_then(|(_, name)| {
                 field::set(&text, &format!("{}.name", id.path()), &format!("\"{name}\""))
             });
             splices.extend(named);
             text = apply(&text, splices);
+            if let Some((old, name)) = names {
+                text = extend_rules(text, &old, &name);
+            }
         }
         self.adopt(Some((text, copies)));
     }
