@@ -2,8 +2,8 @@
 //! authoritative.
 //!
 //! All of it is plain Rust that needs no browser. [`text`] finds the pieces in the text of a [`document`], [`edit`]
-//! edits the text, [`history`] undoes edits, [`snap`] aligns pieces, and [`update`] handles the pointer, the keys and
-//! the page's buttons.
+//! edits the text, [`palette`] adds pieces to it, [`history`] undoes edits, [`snap`] aligns pieces, and [`update`] handles
+//! the pointer, the keys and the page's buttons.
 
 pub mod document;
 pub mod drag;
@@ -11,10 +11,12 @@ pub mod edit;
 pub mod field;
 pub mod form;
 mod gesture;
+mod groups;
 pub mod history;
 pub mod number;
 pub mod palette;
 mod references;
+mod rule_pieces;
 pub mod sketch;
 pub mod snap;
 pub mod state;

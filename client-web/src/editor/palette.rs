@@ -1,9 +1,11 @@
 //! The palette's pieces, which can be added to a scene as text.
 
-use super::edit::{Splice, appended, apply};
+use super::edit::{appended, apply};
 use super::field;
+use super::groups::{with_group, words};
 use super::number::{decimals_of, rounded};
 use super::references::free_name;
+use super::rule_pieces::{CHECKPOINT, FINISH, GOAL, HOME, LAVA, RulePiece};
 use super::snap::unit_of;
 use super::templates::EMPTY;
 use super::text::{List, PieceId, ScenePieces};
@@ -26,23 +28,14 @@ pub enum Make {
     Launcher,
     /// A platform that moves back and forth.
     Path,
+    Goal,
+    Lava,
+    Checkpoint,
+    /// A flag and its team's home.
+    Home,
+    Finish,
 }
 
-/// Pairs of groups that collide by default.
-const PAIRS: [[&str; 2]; 12] = [
-    ["hero", "platform"],
-    ["hero", "hero"],
-    ["hero", "block"],
-    ["hero", "minion"],
-    ["minion", "platform"],
-    ["minion", "minion"],
-    ["minion", "block"],
-    ["block", "platform"],
-    ["block", "block"],
-    ["pack", "platform"],
-    ["pack", "block"],
-    ["pack", "minion"],
-];
 /// The world height for which the pieces' default sizes are designed, units.
 const WORLD_HEIGHT: f32 = 180.0;
 /// Width and height of heroes in a newly added `[hero]`; [`HERO_WALK`] says how they walk.
@@ -51,7 +44,7 @@ const HERO_WALK: &str = "{ speed = 40, jump = 50 }";
 
 impl Make {
     /// Every piece in palette order, with the name that the page's buttons use for it.
-    pub const ALL: [(Make, &str); 10] = [
+    pub const ALL: [(Make, &str); 15] = [
         (Make::Platform, "platform"),
         (Make::Wall, "wall"),
         (Make::Block, "block"),
@@ -62,6 +55,11 @@ impl Make {
         (Make::Emitter, "emitter"),
         (Make::Launcher, "launcher"),
         (Make::Path, "path"),
+        (Make::Goal, GOAL.base),
+        (Make::Lava, LAVA.base),
+        (Make::Checkpoint, CHECKPOINT.base),
+        (Make::Home, HOME.base),
+        (Make::Finish, FINISH.base),
     ];
 
     /// The piece with this name.
@@ -73,11 +71,24 @@ impl Make {
     pub fn list(self) -> List {
         match self {
             Make::Spawn => List::Spawns,
+            _ if self.rules().is_some() => List::Zones,
             Make::Zone => List::Zones,
             Make::Emitter => List::Emitters,
             Make::Launcher => List::Launchers,
             _ => List::Bodies,
         }
+    }
+
+    /// The rules that the piece carries.
+    fn rules(self) -> Option<&'static RulePiece> {
+        Some(match self {
+            Make::Goal => &GOAL,
+            Make::Lava => &LAVA,
+            Make::Checkpoint => &CHECKPOINT,
+            Make::Home => &HOME,
+            Make::Finish => &FINISH,
+            _ => return None,
+        })
     }
 
     /// The collision group that the piece needs.
@@ -88,7 +99,7 @@ impl Make {
             Make::Minion => Some("minion"),
             Make::Spawn | Make::Zone => Some("hero"),
             Make::Launcher => Some("pack"),
-            Make::Emitter => None,
+            _ => None,
         }
     }
 
@@ -99,6 +110,11 @@ impl Make {
             Make::Wall => Vec2::new(8.0, 40.0),
             Make::Zone => Vec2::new(40.0, 30.0),
             Make::Ball => Vec2::new(8.0, 8.0),
+            Make::Goal => Vec2::new(16.0, 40.0),
+            Make::Lava => Vec2::new(40.0, 6.0),
+            Make::Checkpoint => Vec2::new(16.0, 30.0),
+            Make::Home => Vec2::new(40.0, 20.0),
+            Make::Finish => Vec2::new(12.0, 60.0),
             _ => Vec2::new(10.0, 10.0),
         }
     }
@@ -119,6 +135,9 @@ pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
     let draft = PieceDraft { at, world, text: &text };
     let new = match make {
         Make::Spawn => spawned(&draft)?,
+        _ if let Some(rules) = make.rules() => {
+            rules.added(&text, &draft.area(draft.scaled(make.size())), &draft.point(at))?
+        }
         _ => {
             let fields = draft.fields(make);
             let inline = field::push(&text, list.path(), &format!("{{ {} }}", fields.join(", ")))
@@ -150,6 +169,12 @@ impl PieceDraft<'_> {
         format!("[{}, {}]", self.number(at.x), self.number(at.y))
     }
 
+    /// The corners of an area of this size around the piece's point.
+    fn area(&self, size: Vec2) -> String {
+        let [low, high] = [-0.5, 0.5].map(|share| self.point(self.at + size * share));
+        format!("[{low}, {high}]")
+    }
+
     /// Scales a size to suit the world, but never below one unit.
     fn scaled(&self, size: Vec2) -> Vec2 {
         let unit = unit_of(self.world);
@@ -174,9 +199,8 @@ impl PieceDraft<'_> {
                 vec![kind("minion"), position, format!("radius = {}", self.number(0.5 * size.y))]
             }
             Make::Zone => {
-                let [low, high] = [-0.5, 0.5].map(|share| self.point(self.at + size * share));
                 let name = format!("name = \"{}\"", free_name(self.text, "zone"));
-                vec![name, format!("area = [{low}, {high}]"), "color = 1".to_owned()]
+                vec![name, format!("area = {}", self.area(size)), "color = 1".to_owned()]
             }
             Make::Emitter => {
                 let every = ["count = 6", "every = 12"].map(str::to_owned);
@@ -188,7 +212,7 @@ impl PieceDraft<'_> {
                 let [from, to] = [self.at - reach, self.at + reach].map(|at| self.point(at));
                 vec![kind("platform"), format!("path = [{from}, {to}]"), "period = 4".into(), sized]
             }
-            Make::Spawn => Vec::new(),
+            _ => Vec::new(),
         }
     }
 }
@@ -218,32 +242,4 @@ fn spawned(draft: &PieceDraft) -> Option<String> {
         }
     }
     Some(text)
-}
-
-/// Adds a collision group to the text, along with the pairs in which it collides by default.
-fn with_group(text: &str, group: &str) -> String {
-    let Some(groups) = words(text, "groups") else { return text.to_owned() };
-    if groups.iter().any(|known| known == group) {
-        return text.to_owned();
-    }
-    let mut text = match field::push(text, "groups", &format!("\"{group}\"")) {
-        Some(splice) => apply(text, vec![splice]),
-        None => return text.to_owned(),
-    };
-    let known = |name: &str| name == group || groups.iter().any(|known| known == name);
-    for pair in PAIRS.iter().filter(|pair| pair.contains(&group) && pair.iter().all(|n| known(n))) {
-        let pair = format!("[\"{}\", \"{}\"]", pair[0], pair[1]);
-        let splice: Option<Splice> = field::push(&text, "pairs", &pair)
-            .or_else(|| field::set(&text, "pairs", &format!("[{pair}]")));
-        if let Some(splice) = splice {
-            text = apply(&text, vec![splice]);
-        }
-    }
-    text
-}
-
-fn words(text: &str, path: &str) -> Option<Vec<String>> {
-    let root = toml::de::DeTable::parse(text).ok()?;
-    let items = root.get_ref().get(path)?.get_ref().as_array()?;
-    Some(items.iter().filter_map(|item| item.get_ref().as_str().map(str::to_owned)).collect())
 }

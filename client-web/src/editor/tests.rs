@@ -9,6 +9,7 @@ use jostle_game::scene::FieldForm;
 use jostle_sim::{Rng, Vec2};
 use std::collections::BTreeSet;
 
+mod pieces;
 mod random;
 
 /// A scene with comments everywhere, and lists of both kinds.
@@ -194,11 +195,13 @@ fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
     // Also add all pieces to the same text, one after another.
     let mut editor = Editor::open(String::new(), None);
     for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
-        act(&mut editor, [EditorEvent::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
+        let at = [25.0 + 28.0 * (index % 10) as f32, 60.0 + 60.0 * (index / 10) as f32];
+        act(&mut editor, [EditorEvent::Placed(make, Vec2::from(at))]);
     }
     assert_eq!(editor.doc.error, None, "{}", editor.text());
     let room = ScenePieces::read(templates::EMPTY).expect("TOML").pieces.len();
-    assert_eq!(editor.doc.sheet.pieces.len(), room + Make::ALL.len());
+    // A flag comes with its home, and with a zone that marks it.
+    assert_eq!(editor.doc.sheet.pieces.len(), room + Make::ALL.len() + 2);
 }
 
 #[test]
@@ -206,7 +209,8 @@ fn every_shipped_scene_takes_every_piece_of_the_palette() {
     for scene in Scene::built_in() {
         for (make, name) in Make::ALL {
             let at = scene.size * 0.5;
-            let (text, id) = palette::added(&scene.source, make, at).expect("it is TOML");
+            let made = palette::added(&scene.source, make, at);
+            let (text, id) = made.unwrap_or_else(|| panic!("{} {name}: no TOML", scene.name));
             let sheet = ScenePieces::read(&text).expect("it still is");
             assert!(sheet.piece(id).is_some_and(|piece| piece.place.is_some()), "{}", scene.name);
             let Err(error) = Scene::parse("scene.toml", &text) else { continue };

@@ -1,9 +1,11 @@
 //! Finds every sentence of the page and checks that it exists in each language.
 
 use super::*;
+use crate::editor::palette::{Make, added};
 use crate::editor::templates;
 use jostle_game::Scene;
 use jostle_protocol::Refusal;
+use jostle_sim::Vec2;
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
 use std::fs;
@@ -92,6 +94,10 @@ fn sentences() -> BTreeSet<String> {
     }
     for (name, text) in templates::ALL {
         of_scene(&Scene::parse(name, text).expect("a scene"), &mut found);
+    }
+    for (make, name) in Make::ALL {
+        let (text, _) = added("", make, Vec2::new(160.0, 90.0)).expect("TOML");
+        of_scene(&Scene::parse(name, &text).expect("a scene"), &mut found);
     }
     found.retain(|text| is_sentence(text));
     found
