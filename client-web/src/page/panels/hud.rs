@@ -130,12 +130,18 @@ pub fn answers(app: &App) -> View {
     let (game, now_ms) = (app.screen.game(), app.ctx.now_ms);
     let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
     let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
-    let answer = say("Only the host can do that, and a host can't be removed.");
+    let fell = |(_, news): &(usize, News)| matches!(news, News::Fell(_));
+    let is_floorless = game.is_some_and(lacks_floor) && app.visit.news.lines.iter().any(fell);
+    let answer = match () {
+        () if denied => say("Only the host can do that, and a host can't be removed."),
+        () if is_floorless => say(
+            "There is no floor where heroes appear, so they fall out of the world. Put a platform there.",
+        ),
+        () => "",
+    };
     let clip = game.and_then(|game| Some((game, game.connection.status.clip.as_ref()?)));
     let clip = clip.filter(|(_, (at, _))| now_ms - at <= CLIP_MS);
-    let view = View::panel("answers")
-        .text("#told", if denied { answer } else { "" })
-        .show("#clip", clip.is_some());
+    let view = View::panel("answers").text("#told", answer).show("#clip", clip.is_some());
     let Some((game, (_, kept))) = clip else { return view };
     let name = kept.as_ref().ok().filter(|name| !name.is_empty());
     let text = kept.as_ref().map_or_else(|refusal| *refusal, |name| strings::clip(name));
@@ -144,6 +150,21 @@ pub fn answers(app: &App) -> View {
         "href",
         name.map(|name| format!("{}/replay/{name}", game.connection.server())),
     )
+}
+
+/// Whether heroes of a scene that is being edited appear where nothing is below them.
+fn lacks_floor(game: &GameScreen) -> bool {
+    let scene = game.replica().filter(|_| game.edited.is_some()).map(|replica| &replica.room.scene);
+    let Some((scene, hero)) = scene.and_then(|scene| Some((scene, scene.hero.as_ref()?))) else {
+        return false;
+    };
+    hero.spawns.iter().any(|spawn| {
+        scene.bodies.iter().all(|placed| {
+            let away = placed.def.position - *spawn;
+            let is_solid = matches!(placed.kind, Kind::Wall | Kind::Platform);
+            !is_solid || away.y > 0.0 || away.x.abs() > placed.def.shape.half_extent().x
+        })
+    })
 }
 
 pub fn news(app: &App) -> View {

@@ -137,6 +137,30 @@ fn the_picture_follows_the_text_down_to_nothing() {
     assert!(pictured(&mut browser) > 4);
 }
 
+#[test]
+fn a_scene_without_a_floor_says_so_when_a_hero_falls() {
+    let (walls, floor) = (templates::EMPTY.rfind("\n[[bodies]]"), templates::EMPTY);
+    let floorless = &floor[..floor.find("# The floor").expect("it has one")];
+    for (text, falls) in [(floorless, true), (&floor[..walls.expect("a wall")], false)] {
+        let mut browser = browser_at("#edit", &[("jostle.draft", text)]);
+        browser.wait(100);
+        browser.press("KeyE", "e");
+        let told = |browser: &Browser| {
+            let panels = crate::page::panels::OF_FRAMES.map(|panel| panel(&browser.app));
+            panels
+                .iter()
+                .filter_map(|panel| panel.text_of("#told"))
+                .any(|told| told.contains("no floor"))
+        };
+        assert!(!told(&browser));
+        let fell = (0..60).any(|_| {
+            browser.wait(200);
+            told(&browser)
+        });
+        assert_eq!(fell, falls);
+    }
+}
+
 const PULSE: Event = Event::Pulse { hidden: false };
 
 /// Types a text and lets the page store it.
