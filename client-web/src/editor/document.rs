@@ -5,7 +5,8 @@ use super::history::History;
 use super::number::rounded;
 use super::palette::is_bare;
 use super::snap::{Extents, unit_of};
-use super::text::{List, Piece, PieceId, Place, Point, ScenePieces, vector};
+use super::strings;
+use super::text::{Extent, List, Piece, PieceId, Place, Point, ScenePieces, vector};
 use crate::language::{fill, say};
 use jostle_game::Scene;
 use jostle_game::scene::{SceneError, is_name, line_at};
@@ -202,11 +203,20 @@ impl SceneDocument {
 
     /// The short name of a piece, which consists of its kind and its name or number.
     pub fn short_name(&self, piece: &Piece) -> String {
-        let kind = if piece.kind == "dumb" { say("marble") } else { say(&piece.kind) };
-        match &piece.name {
-            Some(name) => format!("{kind} {name}"),
-            None => format!("{kind} {}", piece.id.index + 1),
-        }
+        let is_ball = piece.kind == "block" && matches!(piece.extent, Extent::Radius(_));
+        let kind = match &*piece.kind {
+            "dumb" => "marble",
+            "block" if is_ball => "ball",
+            kind => kind,
+        };
+        let number = (piece.id.index + 1).to_string();
+        let name = piece.name.as_deref().unwrap_or(&number);
+        // A name such as `goal-2`, which the palette gives, says what the piece is.
+        let (kind, name) = match name.rsplit_once('-') {
+            Some((kind, number)) if strings::KINDS.contains(&kind) => (kind, number),
+            _ => (kind, name),
+        };
+        format!("{} {name}", say(kind))
     }
 
     /// The world's snapping unit.

@@ -19,6 +19,27 @@ pub const DELETED: &str = "Deleted.";
 pub const SCENE: &str = "The scene";
 pub const HEROES: &str = "Heroes";
 
+/// The kinds of pieces, which may also begin their names, as in `goal-2`.
+pub const KINDS: [&str; 17] = [
+    "ball",
+    "block",
+    "checkpoint",
+    "emitter",
+    "finish",
+    "flag",
+    "goal",
+    "home",
+    "launcher",
+    "lava",
+    "layout",
+    "marble",
+    "minion",
+    "platform",
+    "spawn",
+    "wall",
+    "zone",
+];
+
 /// Button labels for a body without a path and for one that has a path.
 pub const ADD_PATH: &str = "Let it move on a path";
 pub const ADD_POINT: &str = "Add a point to its path";

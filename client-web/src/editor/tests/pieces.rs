@@ -56,6 +56,10 @@ fn each_piece_with_rules_works_alone_and_twice() {
     for name in ["goal", "lava", "checkpoint", "home", "finish"] {
         let mut editor = build(&[(name, [100.0, 60.0])]);
         play(editor.text());
+        assert_eq!(
+            editor.doc.short_name(editor.selected().next().expect("it")),
+            format!("{name} 1")
+        );
         act(&mut editor, [EditorEvent::Undone]);
         assert_eq!(editor.text(), templates::EMPTY);
         play(build(&[(name, [60.0, 60.0]), (name, [260.0, 60.0])]).text());
