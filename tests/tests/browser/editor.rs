@@ -133,7 +133,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
 
     // Undo all changes, then redo them.
     tab.press("Escape").await?;
-    while !text(&tab).await?.is_empty() {
+    while tab.eval::<bool>(CAN_UNDO).await? {
         let before = text(&tab).await?;
         tab.press("Ctrl+z").await?;
         let quoted = serde_json::to_string(&before)?;
@@ -145,6 +145,54 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     assert_eq!(text(&tab).await?, ruled);
     Ok(())
 }
+
+/// Builds a game with two goals, two teams and a round by dragging and clicking only, and plays it.
+pub async fn a_game_is_built_by_clicks(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    for (piece, at) in [("goal", [20.0, 30.0]), ("goal", [300.0, 30.0]), ("ball", [300.0, 120.0])] {
+        pull(&tab, piece, at).await?;
+        let said = if piece == "ball" { "ball 4 at" } else { "goal" };
+        tab.until_true(&format!(
+            "document.querySelector('#edit-said').textContent.startsWith('{said}')"
+        ))
+        .await?;
+    }
+    tab.keep("editor-goals").await?;
+    let built = text(&tab).await?;
+    let scene = Scene::parse("my-scene.toml", &built)?;
+    let rules = &scene.rules;
+    assert_eq!((rules.teams.len(), rules.zones.len(), rules.rules.len()), (2, 2, 2));
+    ensure!(rules.round.is_some(), "{built}");
+    tab.click_on("#edit-toggle").await?;
+    tab.until_true("document.querySelectorAll('#sides li').length === 2").await?;
+    // The ball falls into the goal of the second team.
+    tab.until_true(
+        "[...document.querySelectorAll('#sides .score')].map(s => parseInt(s.textContent)).join() \
+         === '1,0'",
+    )
+    .await?;
+    tab.keep("editor-goals-played").await?;
+    tab.click_on("#edit-toggle").await?;
+    tab.until("the editor", |s| s.state == "editing").await?;
+    // A template replaces the text, and undo brings it back, with the cursor where the change was.
+    tab.click_on("#tab-text").await?;
+    tab.click_on("#edit-new").await?;
+    tab.keep("editor-new").await?;
+    tab.click_on("[data-action=edit-new][data-value=race]").await?;
+    until_text(&tab, "title = \"My race\"").await?;
+    tab.keep("editor-race").await?;
+    tab.click_on("#edit-undo").await?;
+    until_text(&tab, "goal-2").await?;
+    assert_eq!(text(&tab).await?, built);
+    tab.click_on("#edit-undo").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('radius')").await?;
+    let cursor: usize = tab.eval("document.querySelector('#text').selectionStart").await?;
+    let now = text(&tab).await?;
+    ensure!(built.starts_with(&now[..cursor]) && cursor < now.len(), "{cursor} of {}", now.len());
+    Ok(())
+}
+
+const CAN_UNDO: &str = "!document.querySelector('#edit-undo').disabled";
 
 /// The position and size of the canvas on the page.
 const PLACE: &str = "(() => { const r = document.querySelector('#stage').getBoundingClientRect(); \
@@ -253,7 +301,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     )
     .await?;
     pull(&tab, "spawn", [120.0, 90.0]).await?;
-    until_text(&tab, "[hero]").await?;
+    until_text(&tab, "spawns = [[40, 16], [1").await?;
     tab.keep("editor-phone").await?;
     tab.click_on("#tab-form").await?;
     tab.until_true("document.querySelector('#form-fields label')").await?;
@@ -266,7 +314,7 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     tab.click_on("#edit-toggle").await?;
     tab.until("the editor", |s| s.state == "editing").await?;
     tab.click_on("#edit-undo").await?;
-    tab.until_true("!document.querySelector('#text').value.includes('[hero]')").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('16], [')").await?;
     Ok(())
 }
 
@@ -308,9 +356,13 @@ pub async fn a_scene_is_built_by_keys(stage: Arc<Stage>) -> Result<()> {
     tab.until_true("!document.querySelector('#text').value.includes('[165, 104]')").await?;
     tab.press("Escape").await?;
     tab.eval::<bool>("(document.querySelector('#stage').focus(), true)").await?;
-    tab.press("Tab").await?;
-    tab.until_true("document.querySelector('#edit-said').textContent === 'block 1 at 161, 100'")
+    for said in ["wall 1 at 160, 2", "wall 2", "wall 3", "block 4 at 161, 100", "spawn 1"] {
+        tab.press("Tab").await?;
+        tab.until_true(&format!(
+            "document.querySelector('#edit-said').textContent.startsWith('{said}')"
+        ))
         .await?;
+    }
     // After the last piece, the focus leaves the stage.
     tab.press("Tab").await?;
     tab.until_true("document.activeElement.id !== 'stage'").await?;

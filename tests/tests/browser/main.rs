@@ -157,7 +157,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn editor_cases() -> [Case; 9] {
+fn editor_cases() -> [Case; 10] {
     [
         Case::new(
             "a_scene_is_built_from_nothing_played_undone_and_shared",
@@ -171,6 +171,7 @@ fn editor_cases() -> [Case; 9] {
             "errors_of_a_scene_are_shown_at_their_place",
             editor::errors_are_shown_at_their_place,
         ),
+        Case::new("a_game_is_built_by_clicks", editor::a_game_is_built_by_clicks),
         Case::new("a_scene_is_built_by_touch", editor::a_scene_is_built_by_touch),
         Case::new(
             "the_editor_fits_a_phone_on_its_side",
