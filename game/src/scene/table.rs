@@ -19,13 +19,15 @@ use super::limits::{SIZE_MAX, SPEED_MAX};
 use super::tests::reference::FieldNote;
 use glam::Vec2;
 use jostle_sim::TICKS_PER_SECOND;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::ops::{Range as Bytes, RangeInclusive};
 use toml::de::{DeTable, DeValue};
 
 /// Maximum number of characters that an error quotes from the file.
 const QUOTE_CHARS_MAX: usize = 48;
+/// Number of recorded fields among which a field that is requested again is searched. No table has more.
+const RECENT_FIELDS: usize = 64;
 
 /// The text of a scene, its name in errors, and the first error found.
 #[derive(Default)]
@@ -33,8 +35,10 @@ pub(super) struct Document<'a> {
     pub file: &'a str,
     pub source: &'a str,
     error: RefCell<Option<SceneError>>,
-    /// All requested fields, if they are recorded.
-    asked: Option<RefCell<Vec<FieldInfo>>>,
+    /// All requested fields, if they are recorded, each with whether another field of its table rules it out.
+    asked: Option<RefCell<Vec<(FieldInfo, bool)>>>,
+    /// Whether a field that the file does not have is being read, to record what it may contain.
+    reads_absent: Cell<bool>,
     /// What the documentation says about each field, if notes are wanted.
     #[cfg(test)]
     pub notes: Option<RefCell<Vec<FieldNote>>>,
@@ -49,10 +53,12 @@ pub struct FieldInfo {
     pub given: Option<Bytes<usize>>,
     /// The values that the field may have.
     pub form: FieldForm,
+    /// Whether the default in `form` applies if the file does not have the field.
+    pub has_default: bool,
 }
 
 /// The values that a field may have, and its default. The default is meaningless if the file must have the field, or
-/// if the field may be absent.
+/// if the field may be absent; see [`FieldInfo::has_default`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldForm {
     /// A finite number within a range.
@@ -128,6 +134,8 @@ pub(super) struct Field<'a> {
     path: String,
     at: Bytes<usize>,
     value: Option<&'a DeValue<'a>>,
+    /// Whether the reader has a default, which it does not if the file must have the field, or if it may be absent.
+    has_default: bool,
 }
 
 impl Range {
@@ -171,9 +179,14 @@ impl<'a> Document<'a> {
         Document { asked: Some(RefCell::default()), ..Document::new(file, source) }
     }
 
-    /// The recorded fields, in the order in which they were requested.
+    /// The recorded fields that the file has or may have, in the order in which they were requested.
     pub fn into_asked(self) -> Vec<FieldInfo> {
-        self.asked.map(RefCell::into_inner).unwrap_or_default()
+        let asked = self.asked.map(RefCell::into_inner).unwrap_or_default();
+        asked
+            .into_iter()
+            .filter(|(_, is_ruled_out)| !is_ruled_out)
+            .map(|(field, _)| field)
+            .collect()
     }
 
     pub fn root(&'a self, entries: &'a DeTable<'a>) -> Table<'a> {
@@ -246,6 +259,7 @@ impl<'a> Table<'a> {
             path: path_of(&self.path, name),
             at: value.map_or(self.at.clone(), |value| value.span()),
             value: value.map(|value| value.get_ref()),
+            has_default: true,
         };
         #[cfg(test)]
         field.remark(|_| ());
@@ -254,7 +268,7 @@ impl<'a> Table<'a> {
 
     /// Returns a field that the file must have.
     pub fn need(&self, name: &'static str, allowed: &str) -> Field<'a> {
-        let field = self.get(name);
+        let field = Field { has_default: false, ..self.get(name) };
         #[cfg(test)]
         field.remark(|note| note.needed = Some(allowed.to_owned()));
         if !field.is_given() {
@@ -266,8 +280,11 @@ impl<'a> Table<'a> {
     /// Refuses the second of two fields if the first is given too.
     pub fn not_both(&self, one: &'static str, other: &'static str) {
         let [first, second] = [one, other].map(|name| self.get(name));
-        if first.is_given() && second.is_given() {
-            second.refuse_as(format!("{one} and {other}"), "only one of the two");
+        match [&first, &second].map(Field::is_given) {
+            [true, true] => second.refuse_as(format!("{one} and {other}"), "only one of the two"),
+            [true, false] => second.rule_out(),
+            [false, true] => first.rule_out(),
+            [false, false] => {}
         }
     }
 }
@@ -278,14 +295,21 @@ impl<'a> Field<'a> {
         self.value.is_some()
     }
 
-    /// Reads a field that has no default.
+    /// Reads a field that has no default. Where fields are recorded, an absent one is read too.
     pub fn given<T>(&self, read: impl FnOnce(&Field<'a>) -> T) -> Option<T> {
         #[cfg(test)]
-        if self.remark(|note| note.is_optional = true) {
-            let value = read(self);
-            return self.is_given().then_some(value);
+        let is_noted = self.remark(|note| note.is_optional = true);
+        #[cfg(not(test))]
+        let is_noted = false;
+        if self.is_given() {
+            return Some(read(self));
         }
-        self.is_given().then(|| read(self))
+        if is_noted || self.document.asked.is_some() {
+            let outside = self.document.reads_absent.replace(true);
+            read(&Field { has_default: false, ..self.clone() });
+            self.document.reads_absent.set(outside);
+        }
+        None
     }
 
     /// Tells the documentation which values are allowed, if no single call says so.
@@ -308,6 +332,15 @@ impl<'a> Field<'a> {
     pub fn refuse_if_given(&self, allowed: &str) {
         if self.is_given() {
             self.refuse(allowed);
+        } else {
+            self.rule_out();
+        }
+    }
+
+    /// Records that the file may not have this field, because of another one that it has or lacks.
+    fn rule_out(&self) {
+        if !self.document.reads_absent.get() {
+            self.record(|| FieldForm::Truth { default: false }, true);
         }
     }
 
@@ -338,11 +371,20 @@ impl<'a> Field<'a> {
     fn note(&self, form: impl Fn() -> FieldForm) {
         #[cfg(test)]
         self.remark(|note| note.keep(form()));
+        self.record(form, false);
+    }
+
+    fn record(&self, form: impl Fn() -> FieldForm, is_ruled_out: bool) {
         let Some(asked) = &self.document.asked else { return };
         let mut asked = asked.borrow_mut();
-        if !self.path.ends_with(']') && !asked.iter().any(|known| known.path == self.path) {
+        // A field is requested again only while its table is read, so that the search can be short.
+        let mut recent = asked.iter_mut().rev().take(RECENT_FIELDS);
+        if let Some(known) = recent.find(|(known, _)| known.path == self.path) {
+            known.1 |= is_ruled_out;
+        } else if !self.path.ends_with(']') {
+            let (path, has_default) = (self.path.clone(), self.has_default);
             let given = self.is_given().then(|| self.at.clone());
-            asked.push(FieldInfo { path: self.path.clone(), given, form: form() });
+            asked.push((FieldInfo { path, given, form: form(), has_default }, is_ruled_out));
         }
     }
 
@@ -528,7 +570,7 @@ impl<'a> Field<'a> {
         let path = path_of(&self.path, name);
         match inner {
             Some(value) => self.inside(path, value),
-            None => Field { document: self.document, path, at: self.at.clone(), value: self.value },
+            None => Field { path, ..self.clone() },
         }
     }
 
@@ -549,7 +591,8 @@ impl<'a> Field<'a> {
     }
 
     fn inside(&self, path: String, value: &'a toml::Spanned<DeValue<'a>>) -> Field<'a> {
-        Field { document: self.document, path, at: value.span(), value: Some(value.get_ref()) }
+        let (document, at, value) = (self.document, value.span(), Some(value.get_ref()));
+        Field { document, path, at, value, has_default: true }
     }
 }
 
