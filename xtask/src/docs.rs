@@ -1,6 +1,6 @@
-//! `cargo xtask docs`: writes the tables of fields in `docs/scenes.md`, the schema of scene files and the classes for
-//! Tiled. A test in `game` generates them, since only tests have access to the sentences; it fails when the files are
-//! out of date.
+//! `cargo xtask docs`: writes the tables of fields in `docs/scenes.md`, the schema of scene files, the classes for
+//! Tiled and the words of the editor's form. A test in `game` generates them, since only tests have access to the
+//! sentences; it fails when the files are out of date.
 
 use crate::shell::{cargo, run};
 use anyhow::Result;

@@ -23,15 +23,15 @@ pub struct HeroSpec {
     /// Where heroes appear. Each seat has its own point and tries the others after it; all must be clear of static and
     /// kinematic bodies.
     pub spawns: Vec<Vec2>,
-    /// Acceleration from A and D, and from W and S.
+    /// Acceleration from A and D, and from W and S. Label: Thrust.
     pub thrust: Vec2,
-    /// Speed above which thrust does not accelerate the hero any further.
+    /// Speed above which thrust does not accelerate the hero any further. Label: Top speed.
     pub speed_max: f32,
     /// Replaces thrust: A and D make the hero run at `speed` along whatever it stands on, and W makes it jump off at
     /// `jump`, both above 0 and at most 10000. Requires gravity that pulls down, and makes `friction` default to 0.
     /// Default: heroes fly.
     pub walk: Option<WalkSpec>,
-    /// The only axis along which heroes move. Default: none.
+    /// The only axis along which heroes move. Default: none. Label: Moves only along, for experts.
     pub lane: Option<LaneAxis>,
 }
 
@@ -94,7 +94,7 @@ pub(super) struct Actors {
 
 /// Reads `[hero]`, `[minion]`, `[dumb]` and `[pack]`.
 pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut Recipes) -> Actors {
-    // Slows down all dynamic bodies; see [Drag and wind](#drag-and-wind). Default: none.
+    // Slows down all dynamic bodies; see [Drag and wind](#drag-and-wind). Default: none. Label: Air drag, for experts.
     let drag = drag(&root.get("drag"), Drag::NONE);
     let traits = |kind, table: &Table| Traits::of(kind, drag).changed_by(table, groups);
     let hero = root.get("hero").given(|field| {

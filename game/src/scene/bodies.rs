@@ -27,7 +27,7 @@ pub struct Placed {
     pub start_speed: f32,
     /// The path of a kinematic body.
     pub path: Option<Path>,
-    /// Name by which emitters, zones, springs and rules refer to it; no two bodies may share a name.
+    /// Name by which emitters, zones, springs and rules refer to it; no two bodies may share a name. Label: Name.
     pub name: Option<String>,
     /// It is present only while this holds. It comes back at its start as soon as nothing that can move is in the
     /// way. Default: always.
@@ -44,10 +44,10 @@ pub struct Placed {
 pub struct Breakable {
     /// It breaks under a blow harder than this, and cracks under one more than half as hard; only for dynamic bodies. A
     /// blow is the closing speed of a contact times the reduced mass of the two bodies: m1 m2 / (m1 + m2), or m1
-    /// against something immovable. Slow pressure breaks nothing.
+    /// against something immovable. Slow pressure breaks nothing. Label: Strength.
     pub strength: f32,
     /// Points for the side that broke it: that of the player whose hero or pack hit it, or who last touched what hit
-    /// it; with `strength`.
+    /// it; with `strength`. Label: Points for breaking it.
     pub points: i32,
     /// Recipe of the particles emitted where it breaks; with `strength`.
     pub splash: Option<u8>,
@@ -63,17 +63,17 @@ pub struct Layout {
     pub def: BodyDef,
     /// As in [`Placed`].
     pub start_speed: f32,
-    /// Number of bodies; those for which there is no free position are omitted.
+    /// Number of bodies; those for which there is no free position are omitted. Label: Number of bodies.
     pub count: u32,
     /// Where their centres may be, as two corners inside the kill zone.
     pub area: Aabb,
     /// Number of columns and rows of cells into which the area is divided; they are filled one after another. Default:
     /// `[1, 1]`.
     pub grid: [u32; 2],
-    /// Minimum distance from other bodies; not with `exact`.
+    /// Minimum distance from other bodies; not with `exact`. Label: Gap between bodies, for experts.
     pub gap: f32,
     /// Puts each body at the centre of its own cell, row by row from the lower left; `count` must then be at most the
-    /// number of cells.
+    /// number of cells. Label: In exact rows, for experts.
     pub exact: bool,
     /// Shapes from which one is chosen at random for each body, instead of `radius` and `size`. Default: none.
     pub shapes: Vec<Shape>,
@@ -107,7 +107,7 @@ pub(super) fn placed(
     let RuleNames { names, groups } = known;
     let name = table.get("name");
     let mut traits = kinds.traits_of(table, groups);
-    // Centre, inside the kill zone. Default: this or `path`.
+    // Centre, inside the kill zone. Default: this or `path`. Label: Position.
     let position = table.get("position");
     let path = path(table);
     if path.is_some() {
@@ -140,6 +140,7 @@ pub(super) fn placed(
 fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
     // Velocity with which it starts and comes back, at most `speed_max` overall. A minion keeps this speed, and one
     // that starts at rest and does not fall comes to rest again. Default: 0; minions and marbles move to either side.
+    // Label: Velocity at the start.
     let field = table.get("velocity");
     let velocity = field.vector(Vec2::ZERO, VELOCITY);
     if traits.def.motion == Motion::Static && velocity != Vec2::ZERO {
@@ -153,9 +154,10 @@ fn velocity(table: &Table, traits: &Traits) -> (Vec2, f32) {
 fn path(table: &Table) -> Option<Path> {
     // Makes the body kinematic. It moves from the first point to the last and back, repeatedly. Default: none.
     let path = table.get("path");
-    // Time there and back, seconds; every point is reached at a whole tick. Default: required with `path`.
+    // Time there and back, seconds; every point is reached at a whole tick. Default: required with `path`. Label:
+    // Seconds there and back.
     let period = table.get("period");
-    // Share of the period that has already passed at the start.
+    // Share of the period that has already passed at the start. Label: Share of the path at the start, for experts.
     let phase = table.get("phase");
     if !path.is_given() {
         for field in [period, phase] {

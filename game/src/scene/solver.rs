@@ -6,9 +6,11 @@ use jostle_sim::{Conjugate, Relaxation, Solver};
 
 /// Reads `response`, `solver` and the table of the solver's settings.
 pub(super) fn solver(root: &Table) -> Option<Solver> {
-    // `"none"` detects contacts without solving them; a scene with no response may not name a solver.
+    // `"none"` detects contacts without solving them; a scene with no response may not name a solver. Label: Contacts,
+    // for experts.
     let response = root.get("response").choice_or_first(&[("impulse", true), ("none", false)]);
     // The solver for contacts; each one has a table of settings below, and only the chosen one's table is allowed.
+    // Label: Solver, for experts.
     let solver = root.get("solver");
     let [relaxation, conjugate] = ["relaxation", "conjugate"].map(|name| root.get(name));
     let is_conjugate = solver.choice_or_first(&[("relaxation", false), ("conjugate", true)]);
@@ -30,7 +32,7 @@ pub(super) fn solver(root: &Table) -> Option<Solver> {
 pub(super) fn sleeping(root: &Table, solver: Option<Solver>) -> bool {
     let is_conjugate = matches!(solver, Some(Solver::Conjugate(_)));
     // Whether bodies at rest fall asleep (see [below](#sleeping)); only with the conjugate solver. Default: `true` with
-    // the conjugate solver, else `false`.
+    // the conjugate solver, else `false`. Label: Bodies fall asleep, for experts.
     let field = root.get("sleeping");
     let sleeping = field.truth(is_conjugate);
     if sleeping && !is_conjugate {

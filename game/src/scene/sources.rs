@@ -29,13 +29,13 @@ pub enum Location {
 pub struct ScheduledEmitter {
     /// Recipe of its particles.
     pub recipe: u8,
-    /// Number of particles per run; at least 5 are emitted every tick until none are left.
+    /// Number of particles per run; at least 5 are emitted every tick until none are left. Label: Particles each time.
     pub count: u16,
     /// Where it is: at a fixed point or on a body.
     pub location: Location,
-    /// Tick of the first run.
+    /// Tick of the first run. Label: First tick, for experts.
     pub start: u32,
-    /// Ticks between the starts of consecutive runs. Default: one run only.
+    /// Ticks between the starts of consecutive runs. Default: one run only. Label: Ticks between.
     pub every: Option<u32>,
     /// It runs only while this holds. Default: always.
     #[doc(alias = "while")]
@@ -62,17 +62,17 @@ impl ScheduledEmitter {
 pub struct Launcher {
     /// Where it is: at a fixed point or on a body.
     pub location: Location,
-    /// Time between bodies.
+    /// Time between bodies. Label: Seconds between.
     pub every: u32,
-    /// Time of the first body, counted from the start of the round.
+    /// Time of the first body, counted from the start of the round. Label: Seconds until the first, for experts.
     pub start: u32,
-    /// The kind of body that it makes.
+    /// The kind of body that it makes. Label: What it throws.
     #[doc(alias = "what")]
     pub makes: Kind,
     /// Velocity of a marble, or direction in which a pack sets off. Default: to the nearest hero; `[0, 0]` for a
-    /// marble.
+    /// marble. Label: Velocity.
     pub velocity: Option<Vec2>,
-    /// It waits while there are this many ownerless bodies of its kind.
+    /// It waits while there are this many ownerless bodies of its kind. Label: At most at once.
     pub limit: u32,
     /// It runs only while this holds. Default: always.
     #[doc(alias = "while")]
@@ -99,7 +99,7 @@ pub(super) fn make(root: &Table, kind: Kind) -> bool {
 
 /// Reads `position` or `follow`; one of them is required.
 fn location(table: &Table, names: &Names) -> Location {
-    // Where it is. Default: this or `follow`.
+    // Where it is. Default: this or `follow`. Label: Position.
     let position = table.get("position");
     // It stays at the centre of this body, even while the body moves. Default: this or `position`.
     let follow = table.get("follow");

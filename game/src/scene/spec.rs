@@ -81,18 +81,19 @@ impl Camera {
 pub struct Scene {
     /// Short name, used in links. It is the file's stem, and consists of lower-case letters, digits and dashes.
     pub name: String,
-    /// Name shown to players.
+    /// Name shown to players. Label: Title.
     pub title: String,
-    /// One-sentence description for the lobby. Default: empty.
+    /// One-sentence description for the lobby. Default: empty. Label: Description.
     pub about: String,
     /// Section of the lobby that shows it; `book` is collapsed. Default: `games` with a `[round]`, else `playgrounds`.
+    /// Label: Section of the lobby, for experts.
     pub category: Category,
     /// How it looks: a workshop at night, dunes, a rink, hills of grass, bright lines in the dark, or squared paper.
-    /// Default: `"ink"`.
+    /// Default: `"ink"`. Label: Look.
     pub theme: Theme,
     /// The TOML source text.
     pub source: String,
-    /// Width and height of the world.
+    /// Width and height of the world. Label: Size.
     pub size: Vec2,
     /// Settings of its World except for the features; see [`Scene::world_settings`].
     pub world: WorldSettings,
@@ -104,7 +105,7 @@ pub struct Scene {
     /// follows the player's hero with a view of this height, in which case each player is sent little more than the
     /// view shows. Default: `"fit"`.
     pub camera: Camera,
-    /// Contacts that close faster than this are reported, and make sparks.
+    /// Contacts that close faster than this are reported, and make sparks. Label: Speed that makes sparks, for experts.
     pub impact_speed: f32,
     /// While this holds, bodies fall and contacts are solved exactly as in the chapter's printed solver, including its
     /// mistakes ([physics.md](physics.md), C01 to C22a); only with the relaxation solver and without forces. Default:
@@ -309,7 +310,7 @@ fn check_listed(field: &Field, scene: &Scene) {
 
 /// Reads `wind` and `integrators`; `None` in a scene without forces.
 fn forces(root: &Table, groups: &Groups, scene: &Scene) -> Option<ForceSettings> {
-    // Velocity of the air; only with drag.
+    // Velocity of the air; only with drag. Label: Wind, for experts.
     let wind = root.get("wind").vector(Vec2::ZERO, WIND);
     // Groups whose bodies, including their drag and springs, are moved by one of Euler's methods instead of exactly,
     // for scenes that compare the methods; each group at most once. Stiff forces make both methods unstable. Default:
@@ -327,7 +328,7 @@ fn category(root: &Table) -> Category {
 
 /// Reads the world settings that do not depend on the rest of the scene.
 fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
-    // Acceleration of all falling bodies.
+    // Acceleration of all falling bodies. Label: Gravity.
     let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
     let solver = solver::solver(root);
     WorldSettings {
@@ -338,7 +339,7 @@ fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
         meets_particles: groups.meets_particles,
         kill_zone: kill_zone(root, size),
         quantum: quantum(root),
-        // Largest speed of any body.
+        // Largest speed of any body. Label: Speed limit, for experts.
         speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
         ..WorldSettings::default()
     }
@@ -388,7 +389,8 @@ fn kill_zone(root: &Table, size: Vec2) -> Aabb {
 
 fn quantum(root: &Table) -> f32 {
     // Resolution of the positions that clients see. Messages can express up to 2^24 quanta on either side of 0, so the
-    // kill zone may reach no further; with the default, that is 262144 units.
+    // kill zone may reach no further; with the default, that is 262144 units. Label: Resolution of positions, for
+    // experts.
     let field = root.get("quantum");
     field.describe("a power of two, 1/65536 to 1");
     let quantum = field.number(1.0 / 64.0, Range::from(QUANTUM_MIN, 1.0));
@@ -402,11 +404,11 @@ fn quantum(root: &Table) -> f32 {
 /// Reads a scene's limits into it.
 fn limits(table: &Table, scene: &mut Scene) {
     let seats_max = if scene.camera.sees_all() { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
-    // Maximum number of concurrent players; at most 64 if the camera follows them.
+    // Maximum number of concurrent players; at most 64 if the camera follows them. Label: Players at most.
     let players = table.get("players").whole(16, 1..=seats_max);
-    // Maximum number of dye packs per player.
+    // Maximum number of dye packs per player. Label: Dye packs per player, for experts.
     let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
-    // Number of marbles at which Z makes no more.
+    // Number of marbles at which Z makes no more. Label: Marbles at most, for experts.
     let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
     let laid_out: u64 = scene.layouts.iter().map(|layout| u64::from(layout.count)).sum();
     let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
@@ -416,7 +418,7 @@ fn limits(table: &Table, scene: &mut Scene) {
     let made = scene.launchers.iter().map(|launcher| u64::from(launcher.limit)).sum::<u64>();
     let roomy = (least + launched + dropped + made).clamp(1, u64::from(BODIES_MAX)) as u32;
     // Maximum number of bodies at any time; all bodies, layouts and heroes must fit. Default: enough for everything
-    // that the file allows.
+    // that the file allows. Label: Bodies at most, for experts.
     let field = table.get("bodies");
     let bodies = field.whole(roomy, 1..=BODIES_MAX);
     if least > u64::from(bodies) {
@@ -425,7 +427,7 @@ fn limits(table: &Table, scene: &mut Scene) {
     }
     scene.players_max = players as u16;
     scene.world.bodies_max = bodies as usize;
-    // Maximum number of particles at any time.
+    // Maximum number of particles at any time. Label: Particles at most, for experts.
     scene.world.particles_max = table.get("particles").whole(4096, 0..=PARTICLES_MAX) as usize;
     scene.marble.iter_mut().for_each(|marble| marble.count_max = marbles);
     scene.pack.iter_mut().for_each(|pack| pack.count_max = packs);

@@ -59,19 +59,21 @@ impl Traits {
         let gravity = Range::from(-GRAVITY_SCALE_MAX, GRAVITY_SCALE_MAX);
         let shape = shape(table).or(self.shape);
         let def = BodyDef {
-            // Mass of a dynamic body. Default: by kind.
+            // Mass of a dynamic body. Default: by kind. Label: Mass.
             mass: table.get("mass").number(def.mass, MASS),
-            // Bounciness: 1 keeps all speed; a pair uses the smaller of its two values. Default: by kind.
+            // Bounciness: 1 keeps all speed; a pair uses the smaller of its two values. Default: by kind. Label:
+            // Bounciness.
             restitution: table.get("restitution").number(def.restitution, share),
-            // Coulomb friction coefficient; a pair uses the geometric mean. Default: by kind.
+            // Coulomb friction coefficient; a pair uses the geometric mean. Default: by kind. Label: Friction.
             friction: table.get("friction").number(def.friction, Range::from(0.0, 10.0)),
-            // Factor applied to gravity; 0 for none. Default: by kind.
+            // Factor applied to gravity; 0 for none. Default: by kind. Label: Share of gravity.
             gravity_scale: table.get("gravity_scale").number(def.gravity_scale, gravity),
-            // Drag, as described [below](#drag-and-wind); `0` for none. Default: the scene's.
+            // Drag, as described [below](#drag-and-wind); `0` for none. Default: the scene's. Label: Air drag, for
+            // experts.
             drag: drag(&table.get("drag"), def.drag),
             ..def
         };
-        // Collision group. Default: by kind.
+        // Collision group. Default: by kind. Label: Collision group, for experts.
         let group = groups.given(&table.get("group")).or(self.group);
         Traits { shape, group, def, ..self }
     }
@@ -90,9 +92,9 @@ impl Traits {
 
 /// Reads `radius` or `size`, if the table has either.
 pub(super) fn shape(table: &Table) -> Option<Shape> {
-    // Makes the body a circle with this radius. Default: by kind.
+    // Makes the body a circle with this radius. Default: by kind. Label: Radius.
     let radius = table.get("radius");
-    // Makes the body a box with this width and height. Default: by kind.
+    // Makes the body a box with this width and height. Default: by kind. Label: Size.
     let size = table.get("size");
     table.not_both("radius", "size");
     let circle = radius.given(|radius| Shape::circle(radius.number(1.0, EXTENT)));
@@ -130,7 +132,7 @@ pub(super) struct Kinds {
 impl Kinds {
     /// Reads the kind and traits from a body's or layout's table.
     pub fn traits_of(&self, table: &Table, groups: &Groups) -> Traits {
-        // The kind of body, which determines how rules treat it, and its defaults.
+        // The kind of body, which determines how rules treat it, and its defaults. Label: Kind.
         let kind = table.need("kind", &one_of(PLACEABLE.map(Kind::name)));
         let placeable = PLACEABLE.map(|kind| (kind.name(), kind));
         let base = match kind.choice(&placeable).unwrap_or(Kind::Block) {
@@ -140,7 +142,8 @@ impl Kinds {
             other => Traits::of(other, self.drag),
         };
         // A static body never moves, a kinematic one moves only by its velocity or path, and a dynamic one is moved by
-        // forces and contacts. Default: `static` for platforms and walls, else `dynamic`.
+        // forces and contacts. Default: `static` for platforms and walls, else `dynamic`. Label: How it moves, for
+        // experts.
         let motion = table.get("motion").choice(&MOTIONS).unwrap_or(base.def.motion);
         let traits = base.changed_by(table, groups);
         Traits { def: BodyDef { motion, ..traits.def }, ..traits }

@@ -12,31 +12,33 @@ const SEATS: u32 = SEATS_MAX as u32;
 /// Settings of a round. Times are in ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundSpec {
-    /// The sentence that players see.
+    /// The sentence that players see. Label: Task.
     pub task: String,
-    /// Length of a round.
+    /// Length of a round. Label: Time, seconds.
     pub time: Option<u32>,
     /// When the time is up, the most points win and ties are shared, or all lose, or all win. Where there are lives,
-    /// this applies only to sides that have some left.
+    /// this applies only to sides that have some left. Label: When the time is up.
     pub at_time: AtTime,
-    /// The first side to reach this many points wins.
+    /// The first side to reach this many points wins. Label: First to.
     pub goal: Option<i32>,
     /// Number of lives of each side. A side that has lost them all is out: it gets no more points or lives, it cannot
     /// win, and its heroes do not come back. Of two or more sides, the last one left wins; a side that plays alone
-    /// loses.
+    /// loses. Label: Lives.
     pub lives: Option<i32>,
-    /// Minimum number of players; until they have joined, everybody warms up and nothing counts.
+    /// Minimum number of players; until they have joined, everybody warms up and nothing counts. Label: Players needed,
+    /// for experts.
     pub players_min: u16,
-    /// Time from the placing of the bodies to the start, during which nothing moves.
+    /// Time from the placing of the bodies to the start, during which nothing moves. Label: Countdown, seconds, for
+    /// experts.
     pub countdown: u32,
-    /// Time between the end of a round and the start of the next.
+    /// Time between the end of a round and the start of the next. Label: Pause between rounds, for experts.
     pub pause: u32,
     /// Points required for one, two and three stars, in ascending order, when one side plays alone.
     pub stars: Option<[i32; 3]>,
-    /// With `"next"`, layouts differ from round to round.
+    /// With `"next"`, layouts differ from round to round. Label: Layouts of the next round, for experts.
     #[doc(alias = "seed")]
     pub new_layouts: bool,
-    /// Number of seats that the server's own players take until people join.
+    /// Number of seats that the server's own players take until people join. Label: Bots.
     pub fill: u16,
 }
 

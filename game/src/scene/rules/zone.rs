@@ -21,20 +21,23 @@ pub struct ZoneSpec {
     pub follow: Option<usize>,
     /// Groups whose bodies count. Default: `["hero"]`.
     pub who: u32,
-    /// Whether bodies are in it as soon as their outline touches it; otherwise their centre must be inside.
+    /// Whether bodies are in it as soon as their outline touches it; otherwise their centre must be inside. Label:
+    /// Counts on touch.
     pub touch: bool,
-    /// Only bodies slower than this count, units/s.
+    /// Only bodies slower than this count, units/s. Label: Only below this speed, for experts.
     pub slower: Option<f32>,
-    /// This many bodies turn it on; `"all"` means all bodies of its groups, and at least one. Default: `1`.
+    /// This many bodies turn it on; `"all"` means all bodies of its groups, and at least one. Default: `1`. Label:
+    /// Bodies needed.
     pub need: Need,
     /// The zone counts bodies only while this holds. Default: always.
     #[doc(alias = "while")]
     pub condition: Condition,
-    /// A side holds the zone once it has been alone in it for longer than this. Default: none.
+    /// A side holds the zone once it has been alone in it for longer than this. Default: none. Label: Seconds until it
+    /// is held, for experts.
     pub take: Option<Take>,
-    /// Text written on it; a zone with neither label nor colour is not drawn.
+    /// Text written on it; a zone with neither label nor colour is not drawn. Label: Text on it.
     pub label: String,
-    /// Colour from the players' palette.
+    /// Colour from the players' palette. Label: Colour.
     pub color: Option<u8>,
 }
 
@@ -87,7 +90,7 @@ pub struct Take {
     /// Ticks for which a side must be alone in the zone.
     pub ticks: u32,
     /// Whether the holder keeps it until another side takes it, instead of only while the holder is alone there.
-    /// Default: `false`.
+    /// Default: `false`. Label: Stays held, for experts.
     pub keep: bool,
 }
 
@@ -114,10 +117,10 @@ pub(super) fn zone(table: &Table, known: &RuleNames) -> ZoneSpec {
 fn area(table: &Table) -> ZoneArea {
     // Where it is, as two corners. Default: everywhere.
     let area = table.get("area");
-    // Where it is, as the centre of a disc.
+    // Where it is, as the centre of a disc. Label: Position.
     let position = table.get("position");
     table.not_both("area", "position");
-    // Radius of that disc. Default: required with `position`.
+    // Radius of that disc. Default: required with `position`. Label: Radius.
     let radius = table.get("radius");
     let disc = position.given(|position| {
         if !radius.is_given() {

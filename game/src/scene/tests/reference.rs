@@ -1,5 +1,5 @@
-//! The reference for scene files: the tables in docs/scenes.md, the schema for text editors and the classes in the
-//! Tiled project. They are generated from the fields that the reader asks for and from the comments above its calls.
+//! The reference for scene files: the tables in docs/scenes.md, the schema for text editors, the classes in the Tiled
+//! project and the words of the editor's form. They are generated from the fields that the reader asks for and from the comments above its calls.
 //! `cargo xtask docs` writes them, and a test detects when they are out of date.
 
 use super::super::table::Document;
@@ -9,14 +9,16 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 mod formats;
+mod words;
 
 const REFERENCE: &str = include_str!("../../../../docs/scenes.md");
 /// If this environment variable is set, the files are written instead of compared.
 const WRITE: &str = "JOSTLE_WRITE_DOCS";
-const FILES: [(&str, MakeText); 3] = [
+const FILES: [(&str, MakeText); 4] = [
     ("docs/scenes.md", Reference::guide),
     ("docs/scene.schema.json", Reference::schema),
     ("docs/examples/tiled/jostle.tiled-project", Reference::tiled_project),
+    ("client-web/web/fields.txt", Reference::words),
 ];
 /// Makes the new text of a file from its old text.
 type MakeText = fn(&Reference, &str) -> String;
@@ -141,6 +143,8 @@ struct Sentence {
     key: String,
     text: String,
     default: Option<String>,
+    /// The field's name in the editor's form, followed by ", for experts" if it is folded away there.
+    label: Option<String>,
 }
 
 /// A row of a table in the guide.
@@ -159,6 +163,8 @@ struct Reference {
     fields: Vec<FieldNote>,
     /// The tables in the guide.
     tables: Vec<Vec<Row>>,
+    /// For each table, the section that contains it, as links name it.
+    sections: Vec<String>,
 }
 
 impl Reference {
@@ -178,7 +184,8 @@ impl Reference {
         for file in sources(&root().join("game/src/scene")) {
             scan(&read(&file), &mut sentences);
         }
-        let mut reference = Reference { notes, fields, tables: Vec::new() };
+        let sections = words::sections(guide);
+        let mut reference = Reference { notes, fields, tables: Vec::new(), sections };
         for part in guide.split(TABLE_START).skip(1) {
             let head = part.split(" -->").next().unwrap_or_default();
             let rows = reference.rows(head, &sentences);
@@ -278,19 +285,24 @@ fn scan(source: &str, sentences: &mut Vec<Sentence>) {
         if let Some(name) = item_of(line) {
             item = name;
         } else if !comment.is_empty() {
-            let (text, default) = match comment.split_once(" Default: ") {
-                Some((text, default)) => (text.to_owned(), Some(default.trim_end_matches('.'))),
-                None => (comment.clone(), None),
-            };
+            let (comment, label) = halves(&comment, " Label: ");
+            let (text, default) = halves(comment, " Default: ");
             let keys = alias.map_or_else(|| keys(line), |alias| vec![alias]);
             sentences.extend(keys.into_iter().map(|key| Sentence {
                 item: item.clone(),
                 key,
-                text: text.clone(),
+                text: text.to_owned(),
                 default: default.map(str::to_owned),
+                label: label.map(str::to_owned),
             }));
         }
     }
+}
+
+/// A comment, and the part that a mark in it introduces, without its full stop.
+fn halves<'c>(comment: &'c str, mark: &str) -> (&'c str, Option<&'c str>) {
+    let halves = comment.split_once(mark);
+    halves.map_or((comment, None), |(text, part)| (text, Some(part.trim_end_matches('.'))))
 }
 
 /// The name of the type or function that begins on a line.

@@ -120,7 +120,7 @@ impl Reference {
 }
 
 /// A sentence without its Markdown markup.
-fn plain(text: &str) -> String {
+pub fn plain(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
     while let Some((before, link)) = rest.split_once('[') {
