@@ -1,5 +1,6 @@
 //! Gathers the files of the page.
 
+use crate::guide;
 use crate::text::{squeezed, without_comments};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
@@ -21,6 +22,8 @@ pub fn gather(root: &Path, bound: &Path) -> Result<Files> {
     }
     let style = files.get_mut(Path::new("style.css")).context("no style.css")?;
     *style = squeezed(std::str::from_utf8(style).context("a text")?).into_bytes();
+    let guide = fs::read_to_string(root.join("docs/scenes.md")).context("docs/scenes.md")?;
+    files.insert("scenes.html".into(), guide::page(&guide).into_bytes());
     add_tree(&mut files, &root.join("assets/sprites"), Path::new("sprites"))?;
     add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
     add_tree(&mut files, &root.join("assets/scenes"), Path::new("scenes"))?;

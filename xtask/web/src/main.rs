@@ -4,6 +4,7 @@
 mod bind;
 mod dist;
 mod files;
+mod guide;
 mod static_page;
 mod text;
 
