@@ -21,9 +21,11 @@ pub mod sketch;
 pub mod snap;
 pub mod state;
 pub mod strings;
+pub mod tables;
 pub mod templates;
 pub mod text;
 pub mod update;
+pub mod words;
 
 #[cfg(test)]
 mod tests;

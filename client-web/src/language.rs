@@ -44,6 +44,18 @@ pub fn around(english: &str) -> (&str, &str) {
     placeholder(sentence).map_or((sentence, ""), |(before, _, after)| (before, after))
 }
 
+/// Translates an English sentence and splits it at its placeholders: each text, possibly empty, with the name of the
+/// placeholder after it, which is empty at the end.
+pub fn pieces(english: &str) -> Vec<(&str, &str)> {
+    let (mut pieces, mut rest) = (Vec::new(), say(english));
+    while let Some((before, name, after)) = placeholder(rest) {
+        pieces.push((before, name));
+        rest = after;
+    }
+    pieces.push((rest, ""));
+    pieces
+}
+
 /// The text before the first placeholder, the placeholder's name, and the rest.
 fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     let (before, rest) = text.split_once('{')?;

@@ -79,11 +79,12 @@ pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> 
 /// header are removed with it; other comments stay.
 pub fn removed<'a>(text: &str, pieces: impl IntoIterator<Item = &'a Piece>) -> Vec<Splice> {
     let whole = pieces.into_iter().filter(|piece| !piece.scattered);
-    whole.map(|piece| Splice::remove(own_bytes(text, piece))).collect()
+    whole.map(|piece| Splice::remove(own_bytes(text, &piece.bytes, piece.inline))).collect()
 }
 
-fn own_bytes(text: &str, piece: &Piece) -> Range<usize> {
-    if piece.inline { item_bytes(text, &piece.bytes) } else { with_gap(text, &piece.bytes) }
+/// The bytes that are removed with a table or an entry between brackets.
+pub(super) fn own_bytes(text: &str, bytes: &Range<usize>, inline: bool) -> Range<usize> {
+    if inline { item_bytes(text, bytes) } else { with_gap(text, bytes) }
 }
 
 /// The bytes of a table, with the empty line above it.

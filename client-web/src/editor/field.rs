@@ -217,6 +217,11 @@ pub fn unset(text: &str, path: &str) -> Option<Splice> {
     }
 }
 
+/// Whether a text that is valid TOML has a field.
+pub fn is_given(text: &str, path: &str) -> bool {
+    matches!(find(text, path), Some(Spot::There { .. }))
+}
+
 /// Whether a field is absent from a text that is valid TOML.
 pub fn is_missing(text: &str, path: &str) -> bool {
     matches!(find(text, path), Some(Spot::Missing { .. }))

@@ -1,32 +1,55 @@
-//! The form for a piece or the scene, with the fields whose allowed values the scene parser knows.
+//! The form for a piece or the scene, with the fields whose allowed values the scene parser knows, the round, and the
+//! rules as sentences.
 
+pub mod round;
+pub mod row;
+pub mod rules;
+pub mod sentence;
+
+use super::edit::apply;
+use super::field;
 use super::number::rounded;
+use super::palette::BLANK;
 use super::state::Editor;
 use super::strings;
+use super::tables;
 use super::text::List;
+use super::words;
 use crate::language::say;
+use crate::view::palette;
 use jostle_game::Scene;
 use jostle_game::scene::{FieldForm, FieldInfo};
+use row::{Row, value};
 
-/// A field in a form.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// The field's path in the file.
-    pub path: String,
-    pub name: String,
-    /// The values that the field accepts.
-    pub form: FieldForm,
-    /// The values given in the text, one for each control; `None` if the field is not set.
-    pub values: Option<Vec<String>>,
-    /// The values that apply if the field is not set.
-    pub default: Vec<String>,
+/// The fields of a form.
+#[derive(Default)]
+pub struct Form {
+    /// Those of the selected piece, or of the scene if no piece is selected.
+    pub fields: Vec<Row>,
+    pub round: Vec<Row>,
 }
 
-/// The fields of the selected piece, or of the scene if no piece is selected.
-pub fn rows(editor: &Editor) -> Vec<Row> {
-    let prefix = prefix(editor);
-    let fields = Scene::fields(editor.text());
-    fields.into_iter().filter_map(|field| row(editor.text(), &prefix, field)).collect()
+impl Form {
+    pub fn of(editor: &Editor) -> Form {
+        let prefix = prefix(editor);
+        let (mut form, mut of_round) = (Form::default(), Vec::new());
+        for field in Scene::fields(editor.text()) {
+            if let Some(name) = field.path.strip_prefix("round.") {
+                of_round.push(row(editor, name, &field));
+            } else if let Some(name) = field.path.strip_prefix(&prefix)
+                && (!prefix.is_empty() || !name.contains(['.', '[']) || name.starts_with("limits."))
+            {
+                // The scene's own fields are those outside lists and tables, plus its limits.
+                form.fields.push(row(editor, name, &field));
+            }
+        }
+        // Nothing can be chosen from an empty list.
+        form.fields.retain(|row| row.form != FieldForm::Choice { names: Vec::new() });
+        if editor.doc.is_toml {
+            form.round = round::rows(editor.text(), of_round);
+        }
+        form
+    }
 }
 
 /// The common path prefix of the form's fields.
@@ -38,12 +61,8 @@ fn prefix(editor: &Editor) -> String {
     }
 }
 
-fn row(text: &str, prefix: &str, field: FieldInfo) -> Option<Row> {
-    let name = field.path.strip_prefix(prefix)?;
-    // The scene's own fields are those outside lists and tables, plus its limits.
-    if prefix.is_empty() && name.contains(['.', '[']) && !name.starts_with("limits.") {
-        return None;
-    }
+fn row(editor: &Editor, name: &str, field: &FieldInfo) -> Row {
+    let text = editor.text();
     let said = field.given.as_ref().map(|at| &text[at.clone()]);
     let values = match (&field.form, said) {
         (_, None) => None,
@@ -59,47 +78,63 @@ fn row(text: &str, prefix: &str, field: FieldInfo) -> Option<Row> {
         }
         (_, Some(said)) => Some(vec![said.to_owned()]),
     };
-    let default = match &field.form {
-        FieldForm::Number { default, .. } => vec![rounded(*default, 4)],
-        FieldForm::Whole { default, .. } => vec![default.to_string()],
-        FieldForm::Vector { default, .. } => default.iter().map(|part| rounded(*part, 4)).collect(),
+    let names = match (name, &field.form) {
+        ("color", FieldForm::Whole { .. }) => {
+            palette::NAMES.map(|name| say(name).to_owned()).into()
+        }
         _ => Vec::new(),
     };
-    Some(Row { name: name.to_owned(), path: field.path, form: field.form, values, default })
+    let (path, form) = (field.path.clone(), field.form.clone());
+    let default = default(editor, name, field);
+    Row { words: words::of(&path, name), path, form, values, default, names }
 }
 
-/// The TOML value for the contents of a field's controls; `None` if they are empty, so that the default applies. Range
-/// checks are left to the scene parser.
-pub fn value(form: &FieldForm, values: &[String], default: &[String]) -> Option<String> {
-    if values.iter().all(|value| value.trim().is_empty()) {
-        return None;
+/// The values that apply if the field is not set, one for each control.
+fn default(editor: &Editor, name: &str, field: &FieldInfo) -> Vec<String> {
+    let vector = |parts: [f32; 2]| parts.map(|part| rounded(part, 4)).to_vec();
+    if name == "size" {
+        let shape = editor.selected().next().map(|piece| editor.doc.shape(piece));
+        let size = shape.map_or(Some(editor.doc.world()), |shape| Some(shape?.half_extent() * 2.0));
+        return size.map(|size| vector(size.to_array())).unwrap_or_default();
     }
+    match &field.form {
+        _ if !field.has_default => Vec::new(),
+        FieldForm::Number { default, .. } => vec![rounded(*default, 4)],
+        FieldForm::Whole { default, .. } => vec![default.to_string()],
+        FieldForm::Vector { default, .. } => vector(*default),
+        _ => Vec::new(),
+    }
+}
+
+/// The text after the controls of a field have changed; `None` if nothing changes.
+pub fn changed(editor: &Editor, path: &str, values: &[String]) -> Option<String> {
+    let text = if editor.text().trim().is_empty() { BLANK } else { editor.text() };
     let first = values.first()?;
-    Some(match form {
-        FieldForm::Vector { .. } => {
-            let part = |at: usize| {
-                let given = values.get(at).filter(|value| !value.trim().is_empty());
-                given.or(default.get(at)).map_or("0", |value| value.trim())
-            };
-            format!("[{}, {}]", part(0), part(1))
-        }
-        FieldForm::Text { .. } | FieldForm::Choice { .. } => quoted(first),
-        _ => first.trim().to_owned(),
-    })
+    match path {
+        "round" => return round::switch(text, first == "true"),
+        "teams" => return round::set_teams(text, first.trim().parse().unwrap_or(0)),
+        _ => {}
+    }
+    let Form { fields, round } = Form::of(editor);
+    let Some(row) = fields.iter().chain(&round).find(|row| row.path == path) else {
+        return rules::changed(text, path, first);
+    };
+    let splice = match value(&row.form, values, &row.default) {
+        Some(value) => field::set(text, path, &value),
+        None => field::unset(text, path),
+    };
+    Some(apply(text, vec![splice?]))
 }
 
-/// Quotes a string for TOML.
-pub fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for letter in text.chars() {
-        match letter {
-            '"' | '\\' => out.extend(['\\', letter]),
-            _ if letter.is_control() => out.push(' '),
-            _ => out.push(letter),
-        }
+/// The text without the rule that has this index, or with one more rule if `index` is empty: about the selected zone, if
+/// there is one.
+pub fn with_rules(editor: &Editor, index: &str) -> Option<String> {
+    if let Ok(index) = index.parse() {
+        return tables::removed(editor.text(), "rules", Some(index));
     }
-    out.push('"');
-    out
+    let text = if editor.text().trim().is_empty() { BLANK } else { editor.text() };
+    let zone = editor.selected().find(|piece| piece.id.list == List::Zones);
+    rules::added(text, zone.and_then(|zone| zone.name.as_deref()))
 }
 
 /// The title of the form.

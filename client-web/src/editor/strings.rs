@@ -44,6 +44,60 @@ pub const KINDS: [&str; 17] = [
 pub const ADD_PATH: &str = "Let it move on a path";
 pub const ADD_POINT: &str = "Add a point to its path";
 
+/// The box for rounds in the form.
+pub const ROUNDS: &str = "Play in rounds";
+pub const ABOUT_ROUNDS: &str =
+    "A round has a start, an end and winners. Without rounds, people just play.";
+pub const TEAMS: &str = "Teams";
+pub const ABOUT_TEAMS: &str =
+    "Players are spread over the teams, which win together. Without teams, everyone plays alone.";
+
+/// The parts of rules, as sentences. Each occasion and each effect is a choice and the clause that contains it.
+pub const RULE: &str = "Rule";
+pub const OCCASIONS: [(&str, &str); 8] = [
+    ("enters", "When {who} {verb} {what},"),
+    ("leaves", "When {who} {verb} {what},"),
+    ("touches", "When {who} {verb} {what},"),
+    ("is hit by dye", "When a hero {verb},"),
+    ("falls out of the world", "When {who} {verb},"),
+    ("breaks", "When {who} {verb},"),
+    ("is switched on", "When {what} {verb},"),
+    ("time has passed", "Whenever {verb} ({n} seconds),"),
+];
+pub const EFFECTS: [(&str, &str); 13] = [
+    ("gets points", "{to} {verb}: {n}"),
+    ("gets lives", "{to} {verb}: {n}"),
+    ("wins the round", "{to} {verb}"),
+    ("loses the round", "{to} {verb}"),
+    ("goes back to its start", "it {verb} and waits {n} seconds"),
+    ("disappears", "it {verb}"),
+    ("cannot move", "it {verb} for {n} seconds"),
+    ("comes back here from now on", "it {verb}"),
+    ("carries what it touched", "it {verb}"),
+    ("drops what it carries", "it {verb}"),
+    ("sends out particles", "it {verb}: {name}"),
+    ("is put back at its start", "{name} {verb}"),
+    ("everyone reads", "{verb}: {name}"),
+];
+pub const AND: &str = "and";
+pub const ALSO: &str = "and\u{2026}";
+pub const LEAVE_OUT: &str = "(leave this out)";
+pub const ITS_PLAYER: &str = "its player";
+pub const ITS_TEAM: &str = "its team";
+pub const CAUSER: &str = "whoever touched it last";
+pub const OTHERS: &str = "everyone else";
+pub const ALL: &str = "everyone";
+/// Bodies of the groups that are named after the kinds: hero, minion, dumb, platform, pack, block.
+pub const GROUPS: [&str; 6] =
+    ["a hero", "a minion", "a marble", "a platform", "a dye pack", "a block"];
+/// What a new line of a rule says.
+pub const WELL_DONE: &str = "Well done!";
+
+/// A rule with more than a sentence can say.
+pub fn rule_at(line: usize) -> String {
+    fill("A rule in the text, line {line}", &[("line", &line.to_string())])
+}
+
 pub fn pieces(count: usize) -> String {
     fill("{count} pieces", &[("count", &count.to_string())])
 }

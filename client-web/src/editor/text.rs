@@ -270,6 +270,30 @@ pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
     number.value.is_finite().then_some(number)
 }
 
+/// The bytes of a table that has no position, given by the list that contains it, or by its own name, and whether it is
+/// within brackets. `None` if its fields are not in one place.
+pub fn table_bytes_of(
+    text: &str,
+    path: &str,
+    index: Option<usize>,
+) -> Option<(Range<usize>, bool)> {
+    let root = DeTable::parse(text).ok()?;
+    let value = value_at(root.get_ref(), path)?;
+    let value = match index {
+        Some(index) => value.get_ref().as_array()?.get(index)?,
+        None => value,
+    };
+    let (table, at) = (value.get_ref().as_table()?, value.span());
+    if text[at.clone()].starts_with('{') {
+        return index.map(|_| (at, true));
+    }
+    let bytes = table_bytes(text, at.start, table);
+    let all = headers(text, root.get_ref());
+    let is_whole =
+        text[at.clone()].starts_with('[') && !is_scattered(text, &all, &bytes, at.start, table);
+    is_whole.then_some((bytes, false))
+}
+
 /// The bytes of a table whose header is at `header`, including the comments directly above it.
 pub fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
     let start = with_comments(text, line_start(text, header));

@@ -4,7 +4,7 @@ use super::document::{Leg, path_of};
 use super::drag::EditPointer;
 use super::edit::{self, Splice, apply, item_bytes};
 use super::field::{self, Spot};
-use super::form::{rows, value};
+use super::form;
 use super::history::History;
 use super::number::{DECIMALS_MAX, rounded};
 use super::palette::{self, Make};
@@ -66,8 +66,8 @@ pub enum EditorEvent {
     /// The selection was cleared.
     Deselected,
     SelectedAll,
-    /// A field was set to this TOML value, or removed.
-    FieldSet(String, Option<String>),
+    /// The form changed the text to this one.
+    Rewritten(String),
 }
 
 impl Editor {
@@ -109,13 +109,7 @@ impl Editor {
                 let all = self.doc.sheet.pieces.iter().filter(|piece| piece.place.is_some());
                 self.select(all.map(|piece| piece.id).collect());
             }
-            EditorEvent::FieldSet(path, value) => {
-                let splice = match value {
-                    Some(value) => field::set(self.text(), &path, &value),
-                    None => field::unset(self.text(), &path),
-                };
-                self.change(splice.into_iter().collect());
-            }
+            EditorEvent::Rewritten(text) => self.commit(text),
         }
     }
 
@@ -201,9 +195,8 @@ impl Editor {
 
     /// Sets a field of the form to the values of its controls.
     pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
-        let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
-        let value = value(&row.form, values, &row.default);
-        self.update(now_ms, EditorEvent::FieldSet(row.path, value));
+        let text = form::changed(self, path, values);
+        text.into_iter().for_each(|text| self.update(now_ms, EditorEvent::Rewritten(text)));
     }
 
     /// The selected body, if it is the only selected piece and may have a path.

@@ -4,6 +4,7 @@
 mod clicks;
 mod screens;
 
+use crate::editor::words;
 use crate::net::api::{Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::address::{PlayOptions, Site};
@@ -287,6 +288,7 @@ impl App {
                 played.iter().for_each(|state| self.play_by_pad(state));
             }
             Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
+            Event::WordsCame([docs, fields]) => words::learn(&docs, &fields),
             Event::DraftKept(draft, kept) => {
                 let card = self.screen.note_draft(&mut self.ctx, draft, kept);
                 card.into_iter().for_each(|card| self.visit.dialogs.show(card));

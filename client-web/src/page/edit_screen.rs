@@ -1,6 +1,7 @@
 //! The editor on the page: the editor itself, its draft, its keys, and the picture of its scene before the first tick.
 
 use crate::editor::drag::EditPointer;
+use crate::editor::form;
 use crate::editor::palette::Make;
 use crate::editor::sketch;
 use crate::editor::state::Editor;
@@ -169,6 +170,15 @@ impl EditScreen {
             }
             PageAction::EditRoom => return self.open_room(ctx),
             PageAction::EditError => return self.go_to_error(ctx),
+            PageAction::EditLine => {
+                return value.parse().into_iter().for_each(|at| ctx.request(Effect::FocusText(at)));
+            }
+            PageAction::EditRule | PageAction::EditUnrule => {
+                match form::with_rules(&self.editor, value) {
+                    Some(text) => EditorEvent::Rewritten(text),
+                    None => return,
+                }
+            }
             _ => return,
         };
         self.editor.update(ctx.now_ms, deed);

@@ -198,6 +198,8 @@ pub enum Event {
     Edited(EditorEvent),
     /// The controls of a field in the editor's form changed: the field's path and their values.
     FieldChanged(String, Vec<String>),
+    /// The words of the editor's form were fetched: the address of the documentation, and the file.
+    WordsCame([String; 2]),
 }
 
 /// A change to the settings.
@@ -263,6 +265,8 @@ pub enum Effect {
     Sound(SoundTask),
     /// Fetches a language file.
     FetchLanguage(String),
+    /// Fetches the words of the editor's form.
+    FetchWords,
     /// Enters or leaves full-screen mode.
     FullScreen(bool),
     /// Saves a text as a file with this name.

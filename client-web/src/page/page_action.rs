@@ -46,16 +46,19 @@ page_actions! {
     "edit-delete" EditDelete
     "edit-duplicate" EditDuplicate
     "edit-error" EditError
+    "edit-line" EditLine
     "edit-new" EditNew
     "edit-new-scene" EditNewScene
     "edit-path" EditPath
     "edit-place" EditPlace
     "edit-redo" EditRedo
     "edit-room" EditRoom
+    "edit-rule" EditRule
     "edit-save" EditSave
     "edit-scene" EditScene
     "edit-toggle" EditToggle
     "edit-undo" EditUndo
+    "edit-unrule" EditUnrule
     "emote" Emote
     "figures" Figures
     "follow" Follow

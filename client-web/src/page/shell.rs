@@ -238,6 +238,7 @@ impl Page {
             Effect::FocusText(at) => self.views.focus_text = Some(at),
             Effect::DropGraphics => self.views.stage.drop_graphics(),
             Effect::FetchLanguage(language) => fetch_language(events, language),
+            Effect::FetchWords => fetch_words(events),
             Effect::FullScreen(wanted) => settings::full_screen(wanted),
             Effect::Sound(task) => self.sound(&task),
             Effect::After(delay_ms, event) => {
@@ -290,6 +291,17 @@ fn fetch_language(events: Events, language: String) {
         }),
         None => came(language, None),
     }
+}
+
+fn fetch_words(events: Events) {
+    let [docs, fields] = editor::word_files();
+    http::fetch(&fields, move |fetched| {
+        if let Fetched::Bytes(bytes) = fetched
+            && let Ok(fields) = String::from_utf8(bytes)
+        {
+            events.push(Event::WordsCame([docs, fields]));
+        }
+    });
 }
 
 fn call(events: Events, files: &Files, request: Request) {

@@ -3,6 +3,7 @@
 
 use super::{App, Visit};
 use crate::editor::templates;
+use crate::editor::words;
 use crate::net::api::{self, Request, bots_alone, file_error};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
@@ -267,6 +268,9 @@ impl App {
         let screen = EditScreen::open(&self.ctx.storage, text, origin, seed);
         self.screen = Screen::Edit(Box::new(screen));
         self.ctx.request(Effect::FocusStage);
+        if !words::are_known() {
+            self.ctx.request(Effect::FetchWords);
+        }
     }
 
     /// Switches between playing and editing while keeping the picture.

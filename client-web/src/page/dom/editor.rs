@@ -7,6 +7,7 @@ use crate::editor::form;
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
 use crate::editor::update::EditorEvent;
+use crate::editor::words;
 use crate::page::dom;
 use crate::page::dom::patch::Patch;
 use crate::page::event::Event;
@@ -23,8 +24,8 @@ use web_sys::{
 #[derive(Default)]
 pub struct EditorView {
     pub text: TextView,
-    /// The text revision and title for which the form was last shown.
-    form: Option<(u32, String)>,
+    /// The text revision and title for which the form was last shown, and whether its words were known.
+    form: Option<(u32, String, bool)>,
 }
 
 impl EditorView {
@@ -36,7 +37,7 @@ impl EditorView {
     /// Updates everything that depends on the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
-        let shown = Some((editor.doc.revision, form::title(editor)));
+        let shown = Some((editor.doc.revision, form::title(editor), words::are_known()));
         // During a drag the numbers change constantly, so the form is updated only when it ends.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;
@@ -103,7 +104,7 @@ fn palette(events: Events) {
 
 /// Listens to the form's controls.
 fn form_fields(events: Events) {
-    dom::listen(&dom::html("form-fields"), "change", move |event: web_sys::Event| {
+    dom::listen(&dom::html("edit-form"), "change", move |event: web_sys::Event| {
         let Some(line) = dom::target_within(&event, "[data-path]") else { return };
         let Some(path) = line.get_attribute("data-path") else { return };
         let values = controls(&line).into_iter().map(|control| {
@@ -121,6 +122,12 @@ fn form_fields(events: Events) {
 fn controls(line: &Element) -> Vec<Element> {
     let found = line.query_selector_all("input, select").expect("a valid selector");
     (0..found.length()).filter_map(|at| found.item(at)?.dyn_into().ok()).collect()
+}
+
+/// The addresses of the documentation of fields and of the form's words, as given in the document.
+pub fn word_files() -> [String; 2] {
+    let form = dom::html("edit-form");
+    ["data-docs", "data-words"].map(|name| form.get_attribute(name).unwrap_or_default())
 }
 
 /// Makes the browser save a text as a file.

@@ -1,12 +1,17 @@
 //! The panels around the picture being edited: bar, form and error.
 
-use crate::editor::form::{self, Row, rows};
+use crate::editor::form::row::Row;
+use crate::editor::form::sentence::{Part, Sentence, sentences};
+use crate::editor::form::{self, Form};
 use crate::editor::state::Editor;
+use crate::editor::strings;
+use crate::editor::words::FieldWords;
 use crate::language::{fill, say};
 use crate::page::app::App;
 use crate::page::edit_screen::EditScreen;
-use crate::page::view::{Set, Text, View};
+use crate::page::view::{Set, View};
 use jostle_game::scene::FieldForm;
+use std::iter::once;
 
 /// The panels that are inactive while the scene is being played.
 const RESTING: [&str; 4] = ["#palette", "#edit-tabs", "#edit-form", "#edit-code"];
@@ -54,30 +59,67 @@ pub fn error(app: &App) -> View {
     }
 }
 
-/// The fields of the selected piece or of the scene, with a control for each field whose range the scene parser knows.
+/// The fields of the selected piece or of the scene, with a control for each field whose range the scene parser knows,
+/// the round and the rules. Fields for experts are folded away.
 pub fn form(editor: &Editor) -> View {
+    let form = Form::of(editor);
+    let rules = sentences(editor.text());
+    let part = |rows: &[Row], is_expert: bool| -> Vec<View> {
+        rows.iter().filter(|row| row.words.is_expert == is_expert).map(line).collect()
+    };
+    let [more, more_of_round] = [&form.fields, &form.round].map(|rows| part(rows, true));
+    let is_toml = editor.doc.is_toml;
     View::panel("form")
-        .list("#form-fields", rows(editor).iter().map(line))
+        .list("#form-fields", part(&form.fields, false))
+        .show("#form-more", !more.is_empty())
+        .list("#form-more-fields", more)
+        .show("#form-round", is_toml)
+        .list("#round-fields", part(&form.round, false))
+        .show("#round-more", !more_of_round.is_empty())
+        .list("#round-more-fields", more_of_round)
+        .show("#form-rules", is_toml)
+        .list("#rules", rules.iter().enumerate().map(|(index, rule)| sentence(index, rule)))
         .text("#form-title", form::title(editor))
         .text("#form-note", say(form::note(editor)))
         .text_or_hide("#edit-path", editor.path_offer().map(say))
 }
 
+/// A rule, with a button that removes it.
+fn sentence(index: usize, rule: &Sentence) -> View {
+    let parts = rule.parts.iter().enumerate().map(|(at, part)| match part {
+        Part::Words(words) => View::item("word-item", at).text("", words.clone()),
+        Part::Blank(row) => View::item("blank-item", at)
+            .with("", "data-path", row.path.clone())
+            .list("", [control(row, 0)]),
+    });
+    let beyond = rule.parts.is_empty().then(|| strings::rule_at(rule.line));
+    View::item("rule-item", index)
+        .list("p", parts)
+        .text_or_hide("button", beyond)
+        .with("button", "data-value", rule.at.to_string())
+        .with("[data-action=edit-unrule]", "data-value", index.to_string())
+}
+
 fn line(row: &Row) -> View {
     let count = if let FieldForm::Vector { .. } = row.form { 2 } else { 1 };
+    let FieldWords { label, help, docs, .. } = &row.words;
     View::item("field-item", &row.path)
-        .list("span:last-child", (0..count).map(|at| control(row, at)))
-        .with_or_without("span:last-child", "class", (count == 2).then_some("two"))
+        .list(".set", (0..count).map(|at| control(row, at)))
+        .with(".set", "class", if count == 2 { "set two" } else { "set" })
         .with("", "data-path", row.path.clone())
         .with("", "class", if row.values.is_some() { "field given" } else { "field" })
-        .text("span", row.name.clone())
+        .text("span", label.clone())
+        .with("span", "title", *help)
+        .show("small", !help.is_empty())
+        .text("small span", *help)
+        .with_or_without("a", "href", (!docs.is_empty()).then(|| docs.clone()))
 }
 
 fn control(row: &Row, at: usize) -> View {
     let value = row.values.as_ref().and_then(|values| values.get(at));
     let typed = Set::Typed(value.cloned().unwrap_or_default().into());
     let default = row.default.get(at).cloned();
-    let item = |template| View::item(template, at).with("", "aria-label", row.name.clone());
+    let item = |template| View::item(template, at).with("", "aria-label", row.words.label.clone());
     let number = |ends: [String; 2], step: Option<&'static str>| {
         let [low, high] = ends.each_ref().map(String::as_str);
         let title = fill("{low} to {high}", &[("low", low), ("high", high)]);
@@ -89,6 +131,11 @@ fn control(row: &Row, at: usize) -> View {
             .with_or_without("", "step", step)
     };
     let control = match &row.form {
+        FieldForm::Whole { .. } if !row.names.is_empty() => {
+            let numbers = row.names.iter().enumerate();
+            let numbers = numbers.map(|(number, name)| option(&number.to_string(), name));
+            return item("choice-item").list("", once(unset()).chain(numbers)).set("", typed);
+        }
         FieldForm::Number { range, .. } | FieldForm::Vector { range, .. } => {
             number(range.map(|end| end.to_string()), Some("any"))
         }
@@ -101,14 +148,19 @@ fn control(row: &Row, at: usize) -> View {
             item("text-item").with("", "maxlength", chars_max.to_string())
         }
         FieldForm::Choice { names } => {
-            let names = std::iter::once("").chain(names.iter().map(String::as_str));
-            return item("choice-item").list("", names.map(option)).set("", typed);
+            let label = |at: usize, name| row.names.get(at).map_or(name, String::as_str);
+            let names = names.iter().enumerate().map(|(at, name)| option(name, label(at, name)));
+            let unset = row.names.is_empty().then(unset);
+            return item("choice-item").list("", unset.into_iter().chain(names)).set("", typed);
         }
     };
     control.set("", typed).with_or_without("", "placeholder", default)
 }
 
-fn option(name: &str) -> View {
-    let label = if name.is_empty() { Text::from(say("default")) } else { name.to_owned().into() };
-    View::item("option-item", name).with("", "value", name.to_owned()).text("", label)
+fn unset() -> View {
+    option("", say("default"))
+}
+
+fn option(value: &str, label: &str) -> View {
+    View::item("option-item", value).with("", "value", value.to_owned()).text("", label.to_owned())
 }

@@ -236,12 +236,50 @@ fn the_form_of_the_editor_has_a_control_for_each_field() {
     let fields = browser.entries("#form-fields");
     let title = fields.iter().find(|field| field.key == "title").expect("a title");
     assert_eq!(title.attribute_of("", "class"), Some(Some("field given")));
-    let controls = title.items_of("span:last-child").expect("controls");
+    let controls = title.items_of(".set").expect("controls");
     let hill = Set::Typed("Hill".into());
     assert!(controls[0].parts.iter().any(|(_, set)| *set == hill), "{controls:?}");
     let panel = browser.panel("editor");
     assert_eq!(panel.attribute_of("#edit-undo", "disabled"), Some(Some("")), "nothing was done");
     assert_eq!(panel.attribute_of("", "data-editor"), Some(Some("edit")));
+}
+
+#[test]
+fn the_form_explains_its_fields_and_has_a_rule_as_a_sentence() {
+    let mut browser = Browser::open("/", "");
+    let hash = "#edit=hill".to_owned();
+    let address = Address { path: "/".to_owned(), hash, ..Address::default() };
+    browser.say(Event::Navigated(address));
+    let fields = include_str!("../../../../web/fields.txt").to_owned();
+    browser.say(Event::WordsCame(["guide.html".to_owned(), fields]));
+    browser.wait(100);
+    let find = |browser: &Browser, list: &'static str, key: &str| {
+        let found = browser.entries(list).into_iter().find(|entry| entry.key == key);
+        found.unwrap_or_else(|| panic!("no {key} in {list}"))
+    };
+    let title = find(&browser, "#form-fields", "title");
+    assert_eq!(title.text_of("span"), Some("Title"));
+    assert_eq!(title.text_of("small span"), Some("Name shown to players."));
+    assert_eq!(title.attribute_of("a", "href"), Some(Some("guide.html#top-level")));
+    find(&browser, "#form-more-fields", "quantum");
+    find(&browser, "#round-fields", "round.goal");
+    find(&browser, "#round-more-fields", "round.pause");
+    // A rule of the hill, and one more.
+    let parts = |browser: &Browser, key| -> Vec<String> {
+        let rule = find(browser, "#rules", key);
+        let parts = rule.items_of("p").expect("parts").iter();
+        let paths = parts.filter_map(|part| part.attribute_of("", "data-path").flatten());
+        paths.map(str::to_owned).collect()
+    };
+    let blanks = ["#when", ".every", ".to", "#score", ".score", "#"];
+    assert_eq!(parts(&browser, "0"), blanks.map(|blank| format!("rules[0]{blank}")));
+    let before = browser.entries("#rules").len();
+    browser.say(Event::Clicked(PageAction::EditRule, String::new()));
+    assert_eq!(browser.entries("#rules").len(), before + 1);
+    browser.say(Event::FieldChanged(format!("rules[{before}]#when"), vec!["burst".to_owned()]));
+    assert!(parts(&browser, &before.to_string())[0].ends_with("#when"));
+    browser.say(Event::Clicked(PageAction::EditUnrule, before.to_string()));
+    assert_eq!(browser.entries("#rules").len(), before);
 }
 
 #[test]
