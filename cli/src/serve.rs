@@ -14,6 +14,7 @@ use jostle_game::Scene;
 use jostle_server::files::read_regular;
 use jostle_server::guests::GuestScenes;
 use jostle_server::log::{Settings, StateSettings, Sync, days};
+use jostle_server::net::http::headers::FrameOrigin;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::ops::agones;
@@ -79,6 +80,10 @@ pub struct Serve {
     /// than once; this server's own pages are always allowed
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     allow_origin: Vec<String>,
+    /// Another site whose pages may show this server's page in a frame, as shown in its address bar:
+    /// https://www.example.org. May be given more than once; by default, no page may
+    #[arg(long, value_name = "ORIGIN", value_parser = FrameOrigin::parse)]
+    allow_embed: Vec<FrameOrigin>,
     /// Name by which browsers may address this server, such as play.example.org; requests that use another name are
     /// refused. IP addresses and localhost are always allowed. May be given more than once. If not given, any name is
     /// allowed, unless --listen is a loopback address and no --trusted-proxy is given
@@ -191,6 +196,7 @@ impl Serve {
             GuestFlag::All => GuestScenes::All,
         };
         config.origins = self.allow_origin.clone();
+        config.embedders = self.allow_embed.clone();
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();
         config.rooms_max = self.rooms_max.map_or(config.rooms_max, |rooms| rooms as usize);

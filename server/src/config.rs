@@ -4,6 +4,7 @@ use crate::fleet::settings::FleetSettings;
 use crate::guests::GuestScenes;
 use crate::limits;
 use crate::log::{self, StateSettings};
+use crate::net::http::headers::FrameOrigin;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
 use crate::ops::agones;
@@ -26,6 +27,8 @@ pub struct Config {
     pub guest_scenes: GuestScenes,
     /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
     pub origins: Vec<String>,
+    /// Sites whose pages may show this server's page in a frame.
+    pub embedders: Vec<FrameOrigin>,
     /// Names by which requests may address this server.
     pub hosts: Hosts,
     /// Proxy networks whose `X-Forwarded-For` header is trusted.
@@ -84,6 +87,7 @@ impl Default for Config {
             waits: limits::Timeouts::default(),
             guest_scenes: GuestScenes::default(),
             origins: Vec::new(),
+            embedders: Vec::new(),
             hosts: Hosts::Any,
             trusted_proxies: Vec::new(),
             rooms_max: limits::rooms_max(),

@@ -13,6 +13,7 @@ use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use crate::limits::trial_queue::TrialQueue;
 use crate::limits::uplink::Uplink;
 use crate::log::{Logs, ReplayStore};
+use crate::net::http::headers::Protection;
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
@@ -45,6 +46,8 @@ pub struct ServerState {
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     pub spare: SpareDescriptors,
+    /// Headers of every response on the players' port.
+    pub protection: Protection,
 }
 
 /// Limits on what each address may do, so that no address uses up what all share.
@@ -135,7 +138,9 @@ impl ServerState {
             signer,
             open: Mutex::default(),
         });
+        let protection = Protection::new(fleet.is_some(), config.tls.is_some(), &config.embedders);
         ServerState {
+            protection,
             rooms: Arc::new(Rooms::new(
                 &config.scenes,
                 Arc::clone(&host),

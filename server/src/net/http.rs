@@ -4,6 +4,7 @@
 mod api;
 mod body;
 mod guests;
+pub mod headers;
 pub mod host;
 mod origin;
 mod page;
@@ -22,7 +23,7 @@ use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
-use hyper::header::{self, HeaderMap, HeaderName, HeaderValue};
+use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::server::conn::http1;
 use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
@@ -44,24 +45,6 @@ pub struct Upgrade {
     /// Resolves once the response has been sent.
     pub connection: OnUpgrade,
 }
-
-/// Scripts and wasm are loaded only from this site, sockets connect only to it, and no site may embed the page in a
-/// frame.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
-    style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
-    connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
-    frame-ancestors 'none'";
-
-/// The same policy for a fleet's page, whose sockets also follow a room to nodes that did not exist when the page was
-/// loaded.
-const FLEET_CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
-    style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
-    connect-src 'self' ws: wss:; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
-    frame-ancestors 'none'";
-
-/// The only device features that the page uses are the screen, keys and pointers.
-const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), \
-    midi=(), payment=(), serial=(), usb=()";
 
 /// Error for a client on a banned network.
 const BANNED: &str = "the operators of this server have banned your network for a while";
@@ -112,29 +95,8 @@ pub async fn answer(
             (too_many(), None)
         }
     };
-    protect(answer.headers_mut(), state);
+    state.protection.add_to(answer.headers_mut());
     (answer, upgrade)
-}
-
-/// Adds the headers that protect the page from other sites.
-fn protect(headers: &mut HeaderMap, state: &ServerState) {
-    let security_policy = match state.fleet {
-        None => CONTENT_SECURITY_POLICY,
-        Some(_) => FLEET_CONTENT_SECURITY_POLICY,
-    };
-    let policies = [
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (header::REFERRER_POLICY, "no-referrer"),
-        (header::CONTENT_SECURITY_POLICY, security_policy),
-        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
-        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
-        (HeaderName::from_static("permissions-policy"), PERMISSIONS_POLICY),
-    ];
-    let secure =
-        state.config.tls.as_ref().map(|_| (header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));
-    for (name, value) in policies.into_iter().chain(secure) {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
 }
 
 async fn route(

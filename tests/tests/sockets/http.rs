@@ -5,6 +5,7 @@ use crate::server::Server;
 use jostle_game::Scene;
 use jostle_protocol::Refusal;
 use jostle_server::net::assets;
+use jostle_server::net::http::headers::FrameOrigin;
 use jostle_server::{Config, limits};
 use jostle_tests::scenes::DUEL;
 use jostle_tests::server::{OPS_TOKEN, patient};
@@ -127,7 +128,9 @@ async fn the_page_comes_with_headers_that_protect_it() {
         assert_eq!(answer.header("cross-origin-resource-policy"), Some("same-origin"));
         assert!(answer.header("permissions-policy").is_some_and(|text| text.contains("camera=()")));
         assert_eq!(answer.header("strict-transport-security"), None, "without TLS");
+        assert_eq!(answer.header("x-frame-options"), Some("DENY"));
         let policy = answer.header("content-security-policy").expect("a policy");
+        assert!(policy.ends_with("frame-ancestors 'none'"), "{policy}");
         assert!(policy.contains("default-src 'none'") && policy.contains("'wasm-unsafe-eval'"));
         assert!(
             answer.body.starts_with(b"<!doctype html>")
@@ -166,6 +169,22 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     let get = "GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: null\r\nConnection: close\r\n\r\n";
     assert_eq!(raw(server.address, get).await.status, 200, "reading is free");
     server.counts("jostle_refusals_total{reason=\"foreign_page\"}", 2).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_site_that_may_frame_the_page_may_do_nothing_else() {
+    let site = "https://friends.example.org";
+    let embedders = vec![FrameOrigin::parse(site).expect("an origin")];
+    let server = Server::start_with(Config { embedders, ..patient() }).await;
+    let answer = get(server.address, "/arena").await;
+    let policy = answer.header("content-security-policy").expect("a policy");
+    assert!(policy.ends_with("frame-ancestors https://friends.example.org"), "{policy}");
+    assert_eq!(answer.header("x-frame-options"), None, "it could only forbid all frames");
+    let create = format!(
+        "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nOrigin: {site}\r\n\
+         Connection: close\r\nContent-Length: 17\r\n\r\n{{\"scene\":\"arena\"}}"
+    );
+    assert_eq!(raw(server.address, &create).await.status, 403);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
