@@ -21,6 +21,11 @@ pub fn media(query: &str) -> bool {
     window().match_media(query).ok().flatten().is_some_and(|list| list.matches())
 }
 
+/// Whether another page shows this one in a frame.
+pub fn is_framed() -> bool {
+    window().top().ok().flatten().is_none_or(|top| top != window())
+}
+
 /// Calls `react` at this interval for as long as the page is open.
 pub fn every(interval_ms: i32, react: impl Fn() + 'static) {
     let closure = Closure::<dyn Fn()>::new(react);

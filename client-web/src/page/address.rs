@@ -23,12 +23,20 @@ pub struct Site {
     pub origin: String,
     /// Whether the page has no server.
     pub is_static: bool,
+    /// Whether another page shows this one in a frame.
+    pub is_framed: bool,
 }
 
 impl Site {
     /// Path of the lobby.
     pub fn home(&self) -> &str {
         if self.is_static { &self.address.path } else { "/" }
+    }
+
+    /// The page's address in its own tab, starting at the first slash.
+    pub fn own_tab(&self) -> String {
+        let Address { path, query, hash } = &self.address;
+        [path.as_str(), query, hash].concat()
     }
 
     /// The link for a scene's text, starting at the first slash.

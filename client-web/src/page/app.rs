@@ -85,6 +85,8 @@ pub struct Startup {
     pub seed: u64,
     /// Whether the page has no server.
     pub is_static: bool,
+    /// Whether another page shows this one in a frame.
+    pub is_framed: bool,
     /// The part of the page's addresses that precedes the path.
     pub origin: String,
     /// Whether the player prefers less motion.
@@ -201,9 +203,10 @@ pub struct App {
 impl App {
     /// Creates a page that shows nothing yet; the first event gives it its address.
     pub fn new(startup: Startup) -> App {
-        let Startup { storage, query, seed, calm, touched, is_static, origin, language } = startup;
+        let Startup { storage, query, seed, calm, touched, is_static, .. } = startup;
+        let Startup { is_framed, origin, language, .. } = startup;
         let predicts = storage.predicts(query_value(&query, "predict"));
-        let site = Site { address: Address::default(), origin, is_static };
+        let site = Site { address: Address::default(), origin, is_static, is_framed };
         let mut ctx = Context::new(storage, site, predicts, seed);
         let mut settings = Settings::new(&ctx.storage, &language, calm);
         settings.touched = touched;

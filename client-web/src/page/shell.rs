@@ -89,6 +89,7 @@ fn main() {
         calm: browser::media("(prefers-reduced-motion: reduce)"),
         touched: browser::media("(pointer: coarse)"),
         is_static: files.0.is_some(),
+        is_framed: browser::is_framed(),
         origin: browser::window().location().origin().unwrap_or_default(),
         language: browser::window().navigator().language().unwrap_or_default(),
         query,

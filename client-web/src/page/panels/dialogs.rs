@@ -3,7 +3,7 @@
 
 use crate::language::{around, say};
 use crate::page::app::App;
-use crate::page::card::Card;
+use crate::page::card::{Card, CardAction};
 use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
 use crate::page::view::{View, word};
@@ -20,9 +20,18 @@ const PARTS: [(&str, Layer); 7] = [
 ];
 
 pub fn view(app: &App) -> View {
-    let card = app.notice();
+    let mut card = app.notice();
+    // The lobby is not a part of what a frame shows.
+    let leads_out = |action| action == CardAction::Lobby && app.ctx.site.is_framed;
+    if let Some(card) = &mut card {
+        card.other.take_if(|(_, action)| leads_out(*action));
+    }
+    let is_answered = card.as_ref().is_none_or(|card| !leads_out(card.action));
     let layers = app.visit.dialogs.layers(card.as_ref());
-    let view = View::panel("dialogs").show("#notice", card.is_some()).show("#ask", layers.ask);
+    let view = View::panel("dialogs")
+        .show("#notice", card.is_some())
+        .show("#notice-button", is_answered)
+        .show("#ask", layers.ask);
     let mut view = PARTS
         .into_iter()
         .fold(view, |view, (at, layer)| view.flag(at, "inert", layers.is_inert(layer)));

@@ -12,6 +12,7 @@ pub fn view(app: &App) -> View {
         Some(true) => (say("Copied"), ""),
         Some(false) => (say("Couldn't copy"), say("Copy the link from the address bar.")),
     };
+    let site = &app.ctx.site;
     let hud = app.picture.frozen_hud.map(|hud| if hud { "yes" } else { "no" });
     let view = View::panel("page")
         .with("", "data-state", app.state())
@@ -22,6 +23,9 @@ pub fn view(app: &App) -> View {
         .yes("", "data-watching", app.screen.game().is_some_and(GameScreen::watches))
         .yes("", "data-touch", app.settings.touched)
         .yes("", "data-world", app.picture.world_shown)
+        .yes("", "data-framed", site.is_framed)
+        .show("#own-tab", site.is_framed)
+        .with_or_without("#own-tab", "href", site.is_framed.then(|| site.own_tab()))
         .with_or_without("", "data-hud", hud);
     view.text("#copy span", text)
         .with("#copy", "title", if title.is_empty() { text } else { title })

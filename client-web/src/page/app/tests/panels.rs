@@ -130,6 +130,22 @@ fn a_panel_is_equal_until_something_changes() {
 }
 
 #[test]
+fn a_frame_shows_no_way_to_the_lobby_but_one_to_its_own_tab() {
+    let mut browser = Browser::open("/arena", "?lag=0,0");
+    assert!(!browser.is_shown("#own-tab") && browser.is_shown("#notice-button"));
+    browser.app.ctx.site.is_framed = true;
+    assert!(browser.is_shown("#own-tab") && !browser.is_shown("#notice-button"));
+    let page = browser.panel("page");
+    assert_eq!(page.attribute_of("", "data-framed"), Some(Some("yes")));
+    assert_eq!(page.attribute_of("#own-tab", "href"), Some(Some("/arena?lag=0,0")));
+    browser.accept_beside(1, "arena");
+    browser.socket(SocketEvent::Opened);
+    let closed = SocketEvent::Closed { code: Refusal::NoSuchRoom.close_code() };
+    browser.socket(closed);
+    assert!(browser.is_shown("#notice-button") && !browser.is_shown("#notice-other"));
+}
+
+#[test]
 fn the_lobby_lists_rooms_and_says_which_are_full() {
     let mut browser = Browser::open("/", "");
     assert!(!browser.is_shown("#no-rooms"), "nobody knows yet");
