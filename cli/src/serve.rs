@@ -9,11 +9,13 @@ use crate::output::{Failure, OrFail, say};
 use crate::scenes::found_scene_file;
 use crate::signals;
 use crate::systemd;
+use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::files::read_regular;
 use jostle_server::guests::GuestScenes;
 use jostle_server::log::{Settings, StateSettings, Sync, days};
+use jostle_server::net::http::gallery::{Gallery, PICTURE_BYTES_MAX};
 use jostle_server::net::http::headers::FrameOrigin;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
@@ -72,6 +74,10 @@ pub struct Serve {
     /// Directory with additional scenes (*.toml); a scene with a built-in name replaces the built-in one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
+    /// Directory with more scenes (*.toml), each with a picture of the same name (*.webp), which the lobby shows in its
+    /// gallery
+    #[arg(long, value_name = "DIR")]
+    gallery: Option<PathBuf>,
     /// Whether players may open rooms with their own scene files: `private` for unlisted rooms only, `all` for listed
     /// ones too, `off` for none. Such a scene has a limited budget, and its room gets a limited share of a processor
     #[arg(long, value_name = "WHO", default_value = "private")]
@@ -183,7 +189,11 @@ impl Serve {
     pub fn config(&self) -> Result<Config, Failure> {
         let mut config = Config::default();
         if let Some(dir) = &self.scenes {
-            add_scenes(&mut config.scenes, dir, self.scenes_max as usize)?;
+            add_scenes(&mut config.scenes, "--scenes", dir, self.scenes_max as usize)?;
+        }
+        if let Some(dir) = &self.gallery {
+            let names = add_scenes(&mut config.scenes, "--gallery", dir, self.scenes_max as usize)?;
+            config.gallery = gallery(dir, names)?;
         }
         config.ops_token = ops_token(self.ops_token_file.as_deref())?;
         if let (Some(certificates), Some(key)) = (&self.tls_cert, &self.tls_key) {
@@ -340,10 +350,27 @@ fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Adds a directory's scenes, sorted by file name.
-fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path, allowed: usize) -> Result<(), Failure> {
-    for path in scene_paths(dir)? {
+/// The pictures beside the scenes with these names.
+fn gallery(dir: &Path, names: Vec<String>) -> Result<Gallery, Failure> {
+    let pictures = names.into_iter().map(|name| {
+        let path = dir.join(&name).with_extension("webp");
+        let picture = path.exists().then(|| read_regular(&path, PICTURE_BYTES_MAX)).transpose();
+        Ok((name, picture.or_usage(path.display())?.map(Bytes::from)))
+    });
+    Ok(Gallery(pictures.collect::<Result<_, Failure>>()?))
+}
+
+/// Adds a directory's scenes, sorted by file name, and returns their names.
+fn add_scenes(
+    scenes: &mut Vec<Scene>,
+    flag: &str,
+    dir: &Path,
+    allowed: usize,
+) -> Result<Vec<String>, Failure> {
+    let mut names = Vec::new();
+    for path in scene_paths(flag, dir)? {
         let scene = found_scene_file(&path)?;
+        names.push(scene.name.clone());
         match scenes.iter_mut().find(|known| known.name == scene.name) {
             Some(known) => *known = scene,
             None => scenes.push(scene),
@@ -357,13 +384,13 @@ fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path, allowed: usize) -> Result<(),
         );
         return Err(Failure::Check(text));
     }
-    Ok(())
+    Ok(names)
 }
 
-fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn scene_paths(flag: &str, dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     let paths = std::fs::read_dir(dir)
         .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, _>>());
-    let mut paths = paths.or_usage(format_args!("--scenes {}", dir.display()))?;
+    let mut paths = paths.or_usage(format_args!("{flag} {}", dir.display()))?;
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     paths.sort();
     Ok(paths)

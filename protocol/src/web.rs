@@ -59,7 +59,7 @@ pub struct SceneCard {
     pub about: String,
     /// Number of seats in a room with this scene.
     pub players_max: u32,
-    /// The section in the lobby: `games`, `playgrounds` or `book`.
+    /// The section in the lobby: `games`, `gallery`, `playgrounds` or `book`.
     #[serde(default)]
     pub category: String,
     /// Number of teams; 0 if each player plays alone.

@@ -4,6 +4,7 @@ use crate::fleet::settings::FleetSettings;
 use crate::guests::GuestScenes;
 use crate::limits;
 use crate::log::{self, StateSettings};
+use crate::net::http::gallery::Gallery;
 use crate::net::http::headers::FrameOrigin;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
@@ -21,6 +22,8 @@ pub struct Config {
     pub files: &'static [assets::AssetFile],
     /// Scenes on offer: at most [`limits::SCENES_BOUND`], with unique names.
     pub scenes: Vec<Scene>,
+    /// Which of these the lobby shows in its gallery, and their pictures.
+    pub gallery: Gallery,
     /// Timeouts after which the server gives up on a peer or a room.
     pub waits: limits::Timeouts,
     /// Whether guests may open rooms with their own scenes.
@@ -84,6 +87,7 @@ impl Default for Config {
         Config {
             files: assets::files(),
             scenes: Scene::built_in(),
+            gallery: Gallery::default(),
             waits: limits::Timeouts::default(),
             guest_scenes: GuestScenes::default(),
             origins: Vec::new(),

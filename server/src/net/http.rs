@@ -3,6 +3,7 @@
 
 mod api;
 mod body;
+pub mod gallery;
 mod guests;
 pub mod headers;
 pub mod host;
@@ -172,6 +173,7 @@ async fn other_path(
         Some(("assets", name)) => {
             own_scene(name, state).unwrap_or_else(|| asset(state.config.files, headers, name))
         }
+        Some(("gallery", file)) => state.config.gallery.picture(file),
         Some(("records", file)) => records::file(file, address, state).await,
         Some(("replays", file)) => replays::file(file, address, state).await,
         Some(("replay", name)) => match replays::meant(name, state.replays()) {

@@ -5,6 +5,7 @@ use crate::server::Server;
 use jostle_game::Scene;
 use jostle_protocol::Refusal;
 use jostle_server::net::assets;
+use jostle_server::net::http::gallery::Gallery;
 use jostle_server::net::http::headers::FrameOrigin;
 use jostle_server::{Config, limits};
 use jostle_tests::scenes::DUEL;
@@ -332,6 +333,26 @@ async fn scenes_are_listed_with_everything_that_the_lobby_shows() {
         let address = picture.as_str().unwrap_or_default();
         let is_its_own = address.starts_with("/assets/") && address.ends_with(&name);
         assert!(picture.is_null() || is_its_own, "{scene}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn scenes_of_the_gallery_are_listed_with_their_pictures() {
+    let pictures = [("arena", Some("a picture".into())), ("hill", None)];
+    let pictures = pictures.map(|(name, picture)| (name.to_owned(), picture));
+    let gallery = Gallery(pictures.into_iter().collect());
+    let server = Server::start_with(Config { gallery, ..patient() }).await;
+    let list = get(server.address, "/api/scenes").await.json();
+    let scenes = list["scenes"].as_array().expect("a list").iter();
+    let shown: Vec<_> = scenes.filter(|scene| scene["category"] == "gallery").collect();
+    assert_eq!((&shown[0]["name"], &shown[1]["name"]), (&"arena".into(), &"hill".into()));
+    assert_eq!((shown.len(), &shown[1]["picture"]), (2, &Value::Null));
+    let picture = get(server.address, shown[0]["picture"].as_str().expect("an address")).await;
+    assert_eq!((picture.status, &picture.body[..]), (200, &b"a picture"[..]));
+    assert_eq!(picture.header("content-type"), Some("image/webp"));
+    assert_eq!(picture.header("cache-control"), Some("public, max-age=3600"));
+    for path in ["/gallery/hill.webp", "/gallery/arena", "/gallery/", "/gallery/../arena.webp"] {
+        assert_eq!(get(server.address, path).await.status, 404, "{path}");
     }
 }
 

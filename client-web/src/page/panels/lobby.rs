@@ -12,8 +12,12 @@ use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
 use jostle_sim::TICKS_PER_SECOND;
 
 /// Categories and the lists that show their scenes.
-const CATEGORIES: [(&str, &str); 3] =
-    [("games", "#game-list"), ("playgrounds", "#playground-list"), ("book", "#book-list")];
+const CATEGORIES: [(&str, &str); 4] = [
+    ("games", "#game-list"),
+    ("gallery", "#gallery-list"),
+    ("playgrounds", "#playground-list"),
+    ("book", "#book-list"),
+];
 
 /// The number of replays in a folded list; the style sheet hides the others.
 pub const FOLDED: usize = 6;

@@ -31,7 +31,8 @@ pub fn scenes(state: &ServerState) -> Scenes {
     let card = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.webp", scene.name);
         let picture = assets::find(state.config.files, &picture);
-        SceneCard::of(scene, picture.map(|file| assets::address(state.config.files, file)))
+        let picture = picture.map(|file| assets::address(state.config.files, file));
+        state.config.gallery.adopt(SceneCard::of(scene, picture))
     };
     let guest_scenes = Some(state.config.guest_scenes.name());
     Scenes { scenes: state.rooms.scenes().iter().map(card).collect(), guest_scenes }
