@@ -10,6 +10,7 @@ mod inputs;
 mod layers;
 mod output;
 mod plan;
+mod rehearsal;
 mod replay;
 mod run;
 mod scene;

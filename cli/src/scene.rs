@@ -1,12 +1,12 @@
 //! `jostle scene` lists, checks and explains scenes.
 
 use super::plan;
-use crate::output::{Failure, OrFail, say};
+use crate::output::{Failure, OrFail, json, say};
+use crate::rehearsal::Rehearsal;
 use crate::scenes::{scene_file, scene_named};
 use crate::tiled;
 use jostle_game::Scene;
 use jostle_game::trial::worst_tick;
-use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// List, check and explain scenes
@@ -31,6 +31,19 @@ pub enum SceneCommand {
         #[arg(long, value_name = "FILE.toml")]
         out: Option<PathBuf>,
     },
+    /// Let the server's bots play a scene for a minute; exit with status 1 if nobody scores, bodies fall out of the
+    /// world or a bot stands about
+    Try {
+        /// A built-in scene, or the path of a TOML file
+        #[arg(value_name = "FILE")]
+        scene: String,
+        /// Seed for everything random
+        #[arg(long, value_name = "S", default_value_t = 1)]
+        seed: u64,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
     /// Print the parts that a scene needs, those left out, and the field in the file that decides this
     Plan {
         /// A built-in scene, or the path of a TOML file
@@ -52,6 +65,7 @@ impl SceneCommand {
                 say(format_args!("{}: ok, scene {:?}", file.display(), scene.name))
             }
             SceneCommand::Import { map, out } => import(&map, out.as_deref()),
+            SceneCommand::Try { scene, seed, json } => rehearse(&scene, seed, json),
             SceneCommand::Plan { scene, json: as_json } => {
                 let scene = scene_named(&scene)?;
                 let tried = worst_tick(&scene);
@@ -61,6 +75,19 @@ impl SceneCommand {
                 }
             }
         }
+    }
+}
+
+fn rehearse(name: &str, seed: u64, as_json: bool) -> Result<(), Failure> {
+    let scene = scene_named(name)?;
+    let rehearsal = Rehearsal::of(&scene, seed);
+    match as_json {
+        true => say(json(&rehearsal))?,
+        false => say(format_args!("{name}: {}", rehearsal.sentence()))?,
+    }
+    match rehearsal.problems.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Check(format!("{name}: {}", rehearsal.problems.join("; ")))),
     }
 }
 
@@ -84,12 +111,12 @@ fn list(as_json: bool) -> Result<(), Failure> {
         return lines.try_for_each(say);
     }
     let entry = |scene: &Scene| {
-        json!({
+        serde_json::json!({
             "name": scene.name,
             "title": scene.title,
             "about": scene.about,
             "players_max": scene.players_max,
         })
     };
-    say(json!({ "scenes": scenes.iter().map(entry).collect::<Vec<_>>() }))
+    say(serde_json::json!({ "scenes": scenes.iter().map(entry).collect::<Vec<_>>() }))
 }
