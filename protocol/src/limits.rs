@@ -6,6 +6,8 @@ use jostle_sim::particles;
 
 /// Maximum length of a message from a client, bytes.
 pub const CLIENT_MESSAGE_BYTES_MAX: usize = 192;
+/// Maximum length of a post, which carries messages from a client over HTTP, bytes: a burst of 240 inputs.
+pub const POST_BYTES_MAX: usize = 8 << 10;
 /// Maximum length of a message from a server, bytes: a keyframe of a full room with all of its particles.
 pub const SERVER_MESSAGE_BYTES_MAX: usize = 3 << 19;
 /// Length of a token, bytes.

@@ -7,6 +7,7 @@ pub mod game_socket;
 pub mod http;
 pub mod listen;
 pub mod maybe_tls_stream;
+pub mod posts;
 pub mod pump;
 pub mod session;
 pub mod socket_threads;

@@ -14,6 +14,7 @@ use crate::limits::trial_queue::TrialQueue;
 use crate::limits::uplink::Uplink;
 use crate::log::{Logs, ReplayStore};
 use crate::net::http::headers::Protection;
+use crate::net::posts::PostStreams;
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
@@ -39,6 +40,8 @@ pub struct ServerState {
     pub bans: Bans,
     /// Limits on what each address may do.
     pub shares: AddressShares,
+    /// The sessions over HTTP.
+    pub streams: Arc<PostStreams>,
     /// Notified when an operator asks the server to drain.
     pub drain: Notify,
     /// Guests' scenes that are being tried or waiting for their trial.
@@ -153,6 +156,7 @@ impl ServerState {
             records,
             bans,
             shares: AddressShares::new(in_all, address_max),
+            streams: Arc::default(),
             trials: TrialQueue::new(limits::GUEST_TRIALS_MAX, limits::ADDRESS_GUEST_TRIALS_MAX),
             refusal_log: RefusalLog::default(),
             spare: SpareDescriptors::default(),
