@@ -1,9 +1,10 @@
-//! A game session's WebSocket: its limits, its first message and how it closes.
+//! A game session's WebSocket, or the same frames over HTTP: its limits, its first message and how it closes.
 
 use crate::host::socket_writer::SocketWriter;
 use crate::limits;
 use crate::limits::rate_limited_stream::{RateLimitedStream, SPENT};
-use crate::net::maybe_tls_stream::{FromPeer, MaybeTlsStream, into_directions};
+use crate::net::maybe_tls_stream::{FromPeer, MaybeTlsStream, ToPeer, into_directions};
+use crate::net::posts::{PostReader, Posts};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, ServerMessage, Token, VERSION};
 use std::future::poll_fn;
@@ -11,7 +12,8 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
-use tokio::io::{AsyncRead, AsyncReadExt, ReadBuf};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt, ReadBuf};
+use tokio_util::either::Either;
 use tungstenite::error::{Error, ProtocolError};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
@@ -45,10 +47,10 @@ impl GameSocket {
     }
 }
 
-/// A peer as the frame codec sees it. Bytes come from the socket. The codec's automatic answers to pings and closes are
+/// A peer as the frame codec sees it. Bytes come from the socket or from posts. The codec's automatic answers to pings and closes are
 /// queued for the writer.
 struct PeerStream {
-    stream: RateLimitedStream<FromPeer>,
+    stream: RateLimitedStream<Either<FromPeer, Box<PostReader>>>,
     /// Woken when there is more to read.
     waker: Waker,
     writer: Arc<SocketWriter>,
@@ -125,6 +127,27 @@ pub enum Violation {
 pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> GameSocket {
     // From here on, the session itself limits how long a message may take.
     let (from_peer, to_peer) = into_directions(stream);
+    framed(Either::Left(from_peer), to_peer, read)
+}
+
+/// Begins a streamed response on a connection. The peer's frames come in posts.
+pub async fn accept_posts(
+    mut stream: MaybeTlsStream,
+    head: &[u8],
+    posts: Posts,
+) -> io::Result<GameSocket> {
+    stream.write_all(head).await?;
+    stream.flush().await?;
+    let (connection, to_peer) = into_directions(stream);
+    let reader = Box::new(PostReader::new(posts, connection));
+    Ok(framed(Either::Right(reader), to_peer, Vec::new()))
+}
+
+fn framed(
+    from_peer: Either<FromPeer, Box<PostReader>>,
+    to_peer: ToPeer,
+    read: Vec<u8>,
+) -> GameSocket {
     let writer = Arc::new(SocketWriter::new(to_peer));
     let stream = RateLimitedStream::new(from_peer);
     let peer = PeerStream { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };

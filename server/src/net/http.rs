@@ -13,6 +13,7 @@ mod read;
 mod records;
 mod replays;
 pub mod response;
+pub mod stream;
 
 pub use origin::is_proxy;
 pub use page::meant_code;
@@ -21,30 +22,38 @@ use crate::fleet::handle::Fleet;
 use crate::host::rooms::is_code;
 use crate::limits::{self, Timeouts};
 use crate::net::assets;
+use crate::net::posts::Posts;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::server::conn::http1;
-use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioTimer;
 use page::{asset, page, redirect, room_page};
 use response::{Answer, TEXT, failed, packed, respond, upgrading};
 use std::net::IpAddr;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Maximum number of headers in a request.
 const HTTP_HEADERS_MAX: usize = 64;
 
-/// An accepted upgrade: the room's code, and the connection once hyper releases it.
+/// A request that makes its connection the socket of a session.
 pub struct Upgrade {
     /// The path without its leading slash.
     pub code: String,
     /// Address to which the session counts.
     pub address: IpAddr,
-    /// Resolves once the response has been sent.
-    pub connection: OnUpgrade,
+    pub opening: Opening,
+}
+
+/// What carries a session.
+pub enum Opening {
+    /// A WebSocket; the response accepts the upgrade.
+    WebSocket,
+    /// A streamed response, whose head the socket sends, and these posts.
+    Stream(Posts),
 }
 
 /// Error for a client on a banned network.
@@ -81,14 +90,19 @@ pub async fn answer(
         state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
     }
     let address = client.ip;
-    let (mut answer, upgrade) = match state.shares.admit_request(address) {
+    // A session limits its posts itself.
+    let admitted = match stream::queue(&request, state) {
+        Some(posts) => posts.admit(Instant::now()).then_some(None).ok_or("requests_too_fast"),
+        None => state.shares.admit_request(address).map(Some),
+    };
+    let (mut answer, upgrade) = match admitted {
         _ if state.bans.is_banned(address) => {
             state.refused("banned", address, "a request");
             (failed(StatusCode::FORBIDDEN, BANNED), None)
         }
         Ok(permit) => {
             let (mut answer, upgrade) = route(request, address, state).await;
-            answer.body_mut().holds(permit);
+            permit.into_iter().for_each(|permit| answer.body_mut().holds(permit));
             (answer, upgrade)
         }
         Err(reason) => {
@@ -129,8 +143,12 @@ async fn route(
     }
     // A proxy that does not pass on upgrades removes two headers, but none of these.
     if upgrades || request.headers().contains_key(header::SEC_WEBSOCKET_KEY) {
-        return upgrade(request, word, address, state);
+        return upgrade(&request, word, address, state);
     }
+    let request = match stream::answer(request, address, state).await {
+        Ok(answered) => return answered,
+        Err(other) => other,
+    };
     let answer = match path.as_str() {
         "/api/rooms" if *request.method() == Method::POST => {
             api::create_room(request, address, state).await
@@ -197,16 +215,16 @@ fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
 /// Accepts an upgrade for any room, because the page can learn about errors only through the socket. A path that cannot
 /// be a code becomes the empty code, which does not name a room either.
 fn upgrade(
-    mut request: Request<Incoming>,
+    request: &Request<Incoming>,
     word: &str,
     address: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
     let code = if is_code(word) { word } else { "" };
-    match upgrading(&request) {
+    match upgrading(request) {
         Ok(answer) => {
-            let connection = hyper::upgrade::on(&mut request);
-            (answer, Some(Upgrade { code: code.to_owned(), address, connection }))
+            let opening = Opening::WebSocket;
+            (answer, Some(Upgrade { code: code.to_owned(), address, opening }))
         }
         Err(error) => {
             state.refused("no_upgrade", address, format_args!("{error}; {PROXY_HEADERS}"));
@@ -228,6 +246,7 @@ fn not_allowed(path: &str) -> Answer {
     let allowed = match path {
         "/api/rooms" | "/api/records" => "GET, HEAD, POST",
         "/api/guest-rooms" => "POST",
+        _ if path.starts_with("/api/stream/") || path.starts_with("/api/send/") => "POST",
         _ => "GET, HEAD",
     };
     let mut answer =

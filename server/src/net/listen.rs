@@ -1,24 +1,30 @@
-//! The players' port, which accepts connections, secures them and speaks HTTP until an upgrade.
+//! The players' port, which accepts connections, secures them and speaks HTTP until a session takes one over.
 
 use crate::host::Phase;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;
-use crate::net::http::{self, Upgrade};
+use crate::net::game_socket::{self, GameSocket};
+use crate::net::http::response::Answer;
+use crate::net::http::{self, Opening, Upgrade};
 use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket, with_write_timeout};
 use crate::net::session::{self, Caller};
 use crate::net::socket_threads::SocketThreads;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::service::service_fn;
 use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::error::Error;
+use std::future::{pending, poll_fn};
 use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::pin::pin;
+use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Poll;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
@@ -89,9 +95,9 @@ pub async fn accept(
                     None
                 }
             };
-            if let Some(Upgraded { stream, read, code, address }) = upgraded {
+            if let Some(Upgraded { socket, code, address }) = upgraded {
                 let caller = Caller { code, address, send_queue };
-                session::play(stream, read, caller, &state).await;
+                session::play(socket, caller, &state).await;
             }
             drop((permit, alive));
         });
@@ -135,9 +141,7 @@ fn turn_back(
 
 /// A connection that will carry a session.
 struct Upgraded {
-    stream: MaybeTlsStream,
-    /// Bytes that arrived with the upgrade.
-    read: Vec<u8>,
+    socket: GameSocket,
     code: String,
     /// Address to which the session counts.
     address: IpAddr,
@@ -161,14 +165,15 @@ async fn serve(
     let stream = with_write_timeout(Either::Left(stream), state.config.waits.http_stall);
     let stream = secured(stream, peer.ip(), state).await?;
     let spoken = speak_http(stream, peer.ip(), permit, state);
-    let upgrade = timeout(HTTP_CONNECTION_MAX, spoken).await.ok()??;
+    let Taken { upgrade, head, stream, read } =
+        timeout(HTTP_CONNECTION_MAX, spoken).await.ok()??;
     permit.keep();
-    let connection = upgrade.connection.await.ok()?;
-    let parts = connection
-        .downcast::<TokioIo<MaybeTlsStream>>()
-        .expect("every connection is served on a TokioIo<MaybeTlsStream>");
-    let (stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
-    Some(Upgraded { stream, read, code: upgrade.code, address: upgrade.address })
+    let Upgrade { code, address, opening } = upgrade;
+    let socket = match opening {
+        Opening::WebSocket => game_socket::accept(stream, read),
+        Opening::Stream(posts) => game_socket::accept_posts(stream, &head, posts).await.ok()?,
+    };
+    Some(Upgraded { socket, code, address })
 }
 
 /// Makes small messages go out immediately, and keeps the buffer small, because its bytes can no longer be replaced by
@@ -185,9 +190,10 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
         return Some(MaybeTlsStream::Left(stream));
     };
     let mut phase = state.host.phase.clone();
+    let no_posts = AtomicBool::new(false);
     let shaken = tokio::select! {
         shaken = timeout(state.config.waits.http_head, tls.accept(stream)) => shaken,
-        () = draining(&mut phase) => return None,
+        () = draining(&mut phase, &no_posts) => return None,
     };
     match shaken {
         Ok(Ok(stream)) => return Some(stream),
@@ -200,45 +206,47 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
     None
 }
 
-/// Answers requests until the peer sends no more, or until one asks for an upgrade, which is returned. Works on any
-/// stream. A peer that sends nothing is disconnected after a while.
+/// A connection after the request that makes it the socket of a session.
+pub struct Taken<S> {
+    upgrade: Upgrade,
+    /// The beginning of the response, unless it was sent.
+    head: Vec<u8>,
+    stream: S,
+    /// Bytes that arrived with the request.
+    read: Vec<u8>,
+}
+
+/// Answers requests until the peer sends no more, or until one makes the connection the socket of a session. Works on
+/// any stream. A peer that sends nothing is disconnected after a while.
 pub async fn speak_http<S>(
     stream: S,
     peer: IpAddr,
     permit: &Arc<Permit>,
     state: &Arc<ServerState>,
-) -> Option<Upgrade>
+) -> Option<Taken<S>>
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let upgraded = Arc::new(Mutex::new(None));
-    let asked = Arc::new(AtomicBool::new(false));
+    let upgraded = TakenBy::default();
+    let (asked, posts) = (AtomicBool::new(false), AtomicBool::new(false));
     let service = service_fn(|request| {
-        let (state, upgraded) = (Arc::clone(state), Arc::clone(&upgraded));
         asked.store(true, Ordering::Relaxed);
+        posts.fetch_or(http::stream::is_post(&request), Ordering::Relaxed);
         permit.set_idle(false);
-        async move {
-            let (mut answer, upgrade) = http::answer(request, peer, &state).await;
-            answer.body_mut().frees(permit);
-            if upgrade.is_some() {
-                *upgraded.lock().unwrap_or_else(PoisonError::into_inner) = upgrade;
-            }
-            Ok::<_, Infallible>(answer)
-        }
+        upgraded.answer(request, peer, permit, state)
     });
-    let connection =
+    let mut connection =
         http::builder(&state.config.waits).serve_connection(TokioIo::new(stream), service);
-    let mut connection = pin!(connection.with_upgrades());
     let mut phase = state.host.phase.clone();
     let served = tokio::select! {
-        served = connection.as_mut() => served,
-        () = draining(&mut phase) => {
+        served = upgraded.until_taken(&mut connection) => served,
+        () = draining(&mut phase, &posts) => {
             // Without this check, hyper would wait for the rest of a request's head.
             if !asked.load(Ordering::Relaxed) {
                 return None;
             }
-            connection.as_mut().graceful_shutdown();
-            connection.await
+            Pin::new(&mut connection).graceful_shutdown();
+            upgraded.until_taken(&mut connection).await
         }
     };
     if let Err(error) = served {
@@ -247,7 +255,56 @@ where
             None => debug!(address = %peer, %error, "connection ended"),
         }
     }
-    upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
+    let (upgrade, head) = upgraded.lock().take()?;
+    let parts = connection.into_parts();
+    Some(Taken { upgrade, head, stream: parts.io.into_inner(), read: parts.read_buf.to_vec() })
+}
+
+/// The request that makes a connection the socket of a session, once it has arrived, and the beginning of its response,
+/// unless hyper sends that.
+#[derive(Default)]
+struct TakenBy(Mutex<Option<(Upgrade, Vec<u8>)>>);
+
+impl TakenBy {
+    /// Answers a request. A stream is answered by its session, so hyper never gets that response.
+    async fn answer(
+        &self,
+        request: Request<Incoming>,
+        peer: IpAddr,
+        permit: &Arc<Permit>,
+        state: &ServerState,
+    ) -> Result<Answer, Infallible> {
+        let (mut answer, upgrade) = http::answer(request, peer, state).await;
+        answer.body_mut().frees(permit);
+        let Some(upgrade) = upgrade else { return Ok(answer) };
+        if let Opening::Stream(posts) = &upgrade.opening {
+            let head = http::stream::head(answer.headers(), &posts.id());
+            drop(answer);
+            *self.lock() = Some((upgrade, head));
+            return pending().await;
+        }
+        *self.lock() = Some((upgrade, Vec::new()));
+        Ok(answer)
+    }
+
+    /// Serves a connection until it ends or a stream takes it. A WebSocket takes it once its response has been sent.
+    async fn until_taken<C>(&self, connection: &mut C) -> hyper::Result<()>
+    where
+        C: Future<Output = hyper::Result<()>> + Unpin,
+    {
+        poll_fn(|cx| {
+            let served = Pin::new(&mut *connection).poll(cx);
+            let is_stream =
+                |(upgrade, _): &(Upgrade, _)| matches!(upgrade.opening, Opening::Stream(_));
+            if self.lock().as_ref().is_some_and(is_stream) { Poll::Ready(Ok(())) } else { served }
+        })
+        .await
+    }
+
+    /// Ignores poisoning: no operation here panics halfway.
+    fn lock(&self) -> MutexGuard<'_, Option<(Upgrade, Vec<u8>)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// The reason why a connection was refused: it was not HTTP, its first request did not arrive in time, or it stalled
@@ -268,10 +325,15 @@ fn is_stalled(error: &hyper::Error) -> bool {
     cause.is_some_and(|cause| cause.kind() == io::ErrorKind::TimedOut)
 }
 
-/// Resolves when the server starts to drain.
-async fn draining(phase: &mut watch::Receiver<Phase>) {
+/// Resolves when the server starts to drain, or on a connection that carries posts when the sessions end.
+async fn draining(phase: &mut watch::Receiver<Phase>, posts: &AtomicBool) {
+    let ends = |phase: &Phase| match phase {
+        Phase::Running => false,
+        Phase::Draining => !posts.load(Ordering::Relaxed),
+        Phase::Closing => true,
+    };
     // An error means that the server is gone, which has the same effect.
-    let _ = phase.wait_for(|phase| *phase != Phase::Running).await;
+    let _ = phase.wait_for(ends).await;
 }
 
 #[cfg(test)]

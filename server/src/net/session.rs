@@ -1,4 +1,4 @@
-//! A game session from its upgrade to its end: the hello, then messages in both directions until one side ends the
+//! A game session from its socket's opening to its end: the hello, then messages in both directions until one side ends the
 //! session. It makes no decisions about the game; its [`Pump`] passes inputs to the room's inbox and empties the
 //! session's outbox.
 
@@ -11,8 +11,7 @@ use crate::host::room_handle::{Join, RoomInfo};
 use crate::host::rooms::Rooms;
 use crate::host::{Phase, random};
 use crate::limits;
-use crate::net::game_socket::{GameSocket, Hello, SocketEnd, accept, close, receive_hello};
-use crate::net::maybe_tls_stream::MaybeTlsStream;
+use crate::net::game_socket::{GameSocket, Hello, SocketEnd, close, receive_hello};
 use crate::net::pump::{Pump, Seated};
 use crate::ops::reasons;
 use crate::state::ServerState;
@@ -34,9 +33,8 @@ pub struct Caller {
     pub send_queue: Arc<SendQueue>,
 }
 
-/// Runs a session on an upgraded connection. `read` contains bytes that arrived with the upgrade.
-pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: &ServerState) {
-    let mut socket = accept(stream, read);
+/// Runs a session on a socket.
+pub async fn play(mut socket: GameSocket, caller: Caller, state: &ServerState) {
     let end = serve(&mut socket, &caller, state).await;
     let Caller { code, address, .. } = caller;
     match end.refusal() {

@@ -87,7 +87,7 @@ impl Protection {
 /// The policy up to the list of frames: scripts and wasm are loaded only from this site, and sockets connect only to it.
 /// The sockets of a fleet's page also follow a room to nodes that did not exist when the page was loaded.
 fn security_policy(in_fleet: bool) -> String {
-    let sockets = if in_fleet { " ws: wss:" } else { "" };
+    let sockets = if in_fleet { " http: https: ws: wss:" } else { "" };
     format!(
         "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; \
          img-src 'self' data: blob:; media-src 'self'; font-src 'self'; connect-src 'self'{sockets}; \
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn sockets_leave_the_site_only_in_a_fleet() {
         assert!(security_policy(false).contains("connect-src 'self'; "));
-        assert!(security_policy(true).contains("connect-src 'self' ws: wss:; "));
+        assert!(security_policy(true).contains("connect-src 'self' http: https: ws: wss:; "));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::net::Ipv4Addr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::time::Instant;
+use tokio_io_timeout::TimeoutStream;
 
 static FILES: [AssetFile; 1] =
     [AssetFile { name: "big.bin", etag: "\"big\"", bytes: &[7; 1 << 20] }];
@@ -13,7 +14,11 @@ static FILES: [AssetFile; 1] =
 const PIPE_BYTES: usize = 64;
 
 /// A server in memory and its peer, which has requested [`FILES`].
-async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option<Upgrade>>) {
+async fn asked() -> (
+    Arc<ServerState>,
+    DuplexStream,
+    impl Future<Output = Option<Taken<Pin<Box<TimeoutStream<DuplexStream>>>>>>,
+) {
     let config = Config { files: &FILES, ..Config::default() };
     let (sender, phase) = watch::channel(Phase::Running);
     let state = Arc::new(ServerState::new(Parts::new(phase), config));
