@@ -17,3 +17,4 @@ pub mod scripts;
 pub mod server;
 pub mod state;
 pub mod tab;
+pub mod upgrade_proxy;

@@ -100,6 +100,11 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
             .read_buffer_size(4096);
         let (socket, _) =
             client_async_with_config(request, stream, Some(config)).await.expect("an upgrade");
+        Client::of(socket)
+    }
+
+    /// A client with an open socket that has not sent a hello.
+    pub fn of(socket: WebSocketStream<S>) -> Client<S> {
         let newest = Snapshot::default();
         let stream = SnapshotStream::default();
         let token = Token([0; TOKEN_BYTES]);
@@ -113,7 +118,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         self.welcomed(name).await;
     }
 
-    async fn welcomed(&mut self, name: &str) {
+    /// Waits for a seat and a first snapshot.
+    pub async fn welcomed(&mut self, name: &str) {
         match self.message().await {
             ServerMessage::Welcome { seat: Some(own), .. } => {
                 (self.seat, self.token, self.host) = (own.seat.0, own.token, own.host);

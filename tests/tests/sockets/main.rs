@@ -20,6 +20,7 @@ mod http;
 mod log;
 mod networks;
 mod ops;
+mod over_http;
 #[path = "../particles/clients.rs"]
 mod particles;
 mod play;

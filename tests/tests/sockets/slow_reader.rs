@@ -11,6 +11,7 @@ use jostle_tests::scenes::RESTLESS;
 use jostle_tests::server::{BRIEF, PATIENT};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
@@ -20,8 +21,16 @@ const BYTES_MISSED: usize = 512 << 10;
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let server = Server::start_with_scene("restless", RESTLESS).await;
+    let slow = connect_small(server.address).await;
+    catches_up(server, slow).await;
+}
+
+/// Lets a client read nothing for a while, and checks that it then catches up and that others play on.
+pub async fn catches_up<S>(server: Server, mut slow: Client<S>)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
     let mut ann = Client::join(server.address, "restless", "Ann").await;
-    let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
     // For comparison, a player in the same scene on another server reads everything.
     let other = Server::start_with_scene("restless", RESTLESS).await;
@@ -122,11 +131,14 @@ pub async fn connect_small(server: SocketAddr) -> Client {
 }
 
 /// Reads until both clients have seen the same tick, and compares their snapshots.
-async fn same_tick(
+async fn same_tick<S>(
     ann: &mut Client,
-    slow: &mut Client,
+    slow: &mut Client<S>,
     seen: &mut BTreeMap<u32, Snapshot>,
-) -> bool {
+) -> bool
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
     let compare = async {
         loop {
             while ann.newest.tick < slow.newest.tick {
