@@ -15,7 +15,7 @@ use crate::token::Token;
 use crate::wire::{Reader, Writer};
 use forms::{
     APPEARANCE, BYTE, CLIP, EMOTE, FIXED16, FIXED32, FLAG, INPUT, LEB32, ORIGIN, ORIGINS, REFUSAL,
-    ROLE, ROOM_CODE, SCENE, SCENE_NAME, SEAT, SOME_TOKEN, VIEW, WELCOME_SEAT,
+    ROLE, ROOM_CODE, SCENE, SCENE_NAME, SEAT, SEATS, SOME_TOKEN, VIEW, WELCOME_SEAT,
 };
 use jostle_game::{Input, Seat};
 use jostle_sim::Vec2;
@@ -58,7 +58,7 @@ pub enum ClientMessage {
         /// Width and height in world units, both greater than 0 and at most [`crate::limits::VIEW_MAX`].
         size: Vec2,
     },
-    /// The host kicks a player, who cannot return for a while.
+    /// The host kicks a player, who cannot return for a while. Others on the player's network can.
     Kick {
         /// The player's seat.
         seat: Seat,
@@ -72,6 +72,18 @@ pub enum ClientMessage {
         /// The emote's index, below [`crate::limits::EMOTES`].
         emote: u8,
     },
+    /// A player takes another name or colour.
+    Look {
+        /// The requested name and colour. The room makes them distinct, as in a hello.
+        appearance: Appearance,
+    },
+    /// Like [`ClientMessage::Kick`], but nobody new from the player's network can join for a while.
+    KickNetwork {
+        /// The player's seat.
+        seat: Seat,
+    },
+    /// Asks for a [`ServerMessage::Bots`] now and whenever the bots change.
+    FollowBots,
 }
 
 /// A message from a server to a client.
@@ -135,6 +147,11 @@ pub enum ServerMessage {
         /// Name of the saved replay, which the server lists like any other.
         kept: Result<String, ClipRefusal>,
     },
+    /// The room's bots, for a client that asked for them. Replaces the previous list.
+    Bots {
+        /// Their seats, in increasing order.
+        seats: Vec<Seat>,
+    },
     /// A coded snapshot including its kind byte, for [`crate::SnapshotStream::decode`].
     Snapshot(Vec<u8>),
 }
@@ -183,6 +200,9 @@ messages! {
         5 => CloseRoom {},
         6 => Clip {},
         7 => Emote { emote: EMOTE },
+        8 => Look { appearance: APPEARANCE },
+        9 => KickNetwork { seat: SEAT },
+        10 => FollowBots {},
     }
     writer {}
 }
@@ -200,6 +220,7 @@ messages! {
         6 => Nodes { urls: ORIGINS },
         7 => Emote { seat: SEAT, emote: EMOTE },
         8 => Clip { kept: CLIP },
+        9 => Bots { seats: SEATS },
     }
     writer { ServerMessage::Snapshot(bytes) => writer.raw(bytes) }
 }

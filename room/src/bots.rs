@@ -81,6 +81,11 @@ impl Bots {
         if people == 0 { 0 } else { self.fill.saturating_sub(people) }
     }
 
+    /// The bots' seats, in increasing order.
+    pub fn seats(&self) -> impl Iterator<Item = Seat> {
+        self.bots.iter().map(|bot| bot.seat)
+    }
+
     /// Returns whether a bot has this seat.
     pub fn has(&self, seat: Seat) -> bool {
         self.bots.binary_search_by_key(&seat, |bot| bot.seat).is_ok()

@@ -203,6 +203,21 @@ impl Members {
         Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
     }
 
+    /// Changes a person's name and colour, made distinct as for a join. Does nothing if the seat is free or a bot's.
+    pub fn change_look(&mut self, seat: Seat, wanted: &Appearance) {
+        if self.is_bot(seat) || !self.seats.contains_key(&seat) {
+            return;
+        }
+        let appearance = self.distinct(wanted, Some(seat), |other| self.is_bot(other));
+        self.recolor_bot(appearance.color);
+        if let Some(member) = self.seats.get_mut(&seat)
+            && member.appearance != appearance
+        {
+            member.appearance = appearance;
+            self.note_look(seat);
+        }
+    }
+
     pub fn is_bot(&self, seat: Seat) -> bool {
         self.bots.as_ref().is_some_and(|bots| bots.has(seat))
     }
@@ -454,6 +469,17 @@ mod tests {
             assert_eq!(look.name, name);
             members.seats.insert(Seat(seat as u16), Member::new(look, 0));
         }
+    }
+
+    #[test]
+    fn a_player_who_takes_a_name_of_another_gets_a_number_too() {
+        let mut members = members(&[(0, "Ann", 0), (1, "Bob", 1)]);
+        members.change_look(Seat(1), &look("Ann", 0));
+        members.change_look(Seat(1), &look("Ann", 0));
+        members.change_look(Seat(5), &look("Eve", 4));
+        let looks: Vec<_> = members.appearances().into_iter().map(|(_, look)| look).collect();
+        assert_eq!(looks, [look("Ann", 0), look("Ann 2", 1)]);
+        assert_eq!(members.changes, [PendingChange::Look(Seat(1))], "announced once");
     }
 
     #[test]

@@ -157,6 +157,12 @@ impl Room {
         self.replication.areas.remove(&seat);
     }
 
+    /// Changes a player's name and colour from the next tick on; the room makes them distinct, as for a join. Does
+    /// nothing if the seat is free or a bot's.
+    pub fn change_look(&mut self, seat: Seat, wanted: &Appearance) {
+        self.members.change_look(seat, wanted);
+    }
+
     /// Permanently removes a bot, so that no other bot takes its place. Returns whether this seat had a bot.
     pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
         self.members.dismiss_bot(seat)
@@ -437,6 +443,17 @@ impl Room {
     /// Number of seats that bots fill until people come.
     pub fn bots(&self) -> usize {
         self.members.bots.as_ref().map_or(0, Bots::count)
+    }
+
+    /// The bots' seats, in increasing order. They change only together with [`Room::members_revision`].
+    pub fn bot_seats(&self) -> Vec<Seat> {
+        self.members.bots.iter().flat_map(Bots::seats).collect()
+    }
+
+    /// Serial numbers of the claims to a seat that are still good: the newest, and the one before it until the next input.
+    pub fn claims(&self, seat: Seat) -> [Option<u64>; 2] {
+        let member = self.members.seats.get(&seat);
+        [member.map(|member| member.serial), member.and_then(|member| member.serial_before)]
     }
 
     /// Seats held for disconnected players, longest absence first.

@@ -5,6 +5,7 @@ mod clicks;
 mod screens;
 
 use crate::editor::words;
+use crate::language::say;
 use crate::net::api::{Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::address::{PlayOptions, Site};
@@ -254,6 +255,7 @@ impl App {
             Event::KeyDown(key) => self.key_down(&key),
             Event::Clicked(action, value) => self.click(action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
+            Event::LookChosen(name, color) => self.choose_look(&name, color),
             Event::PlayClicked(form) => self.play(&form),
             Event::SceneClicked(scene, form) => {
                 if self.read_form(&form) {
@@ -350,6 +352,21 @@ impl App {
         }
         if let Some((cues, view)) = self.screen.take_cues() {
             self.sound.play(&mut self.ctx, cues, &view);
+        }
+    }
+
+    /// Takes another name and colour, in the room too.
+    fn choose_look(&mut self, name: &str, color: u8) {
+        match Appearance::new(name::finished(name), color) {
+            Ok(appearance) => {
+                self.settings.note.clear();
+                self.ctx.storage.keep_player(&appearance.name, color);
+                self.appearance = appearance.clone();
+                if let Screen::Game(game) = &mut self.screen {
+                    game.connection.wear(&mut self.ctx, appearance);
+                }
+            }
+            Err(error) => self.settings.note = say(&error.to_string()).to_owned(),
         }
     }
 

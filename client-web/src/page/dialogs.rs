@@ -49,9 +49,14 @@ impl Layers {
 /// A question that the host must answer before an action that cannot be undone.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
-    /// Remove this player? The appearance identifies the player, since the seat may belong to someone else by the time
-    /// of the answer.
-    Kick(Seat, Appearance),
+    /// Remove this player?
+    Kick {
+        seat: Seat,
+        /// Identifies the player, since the seat may belong to someone else by the time of the answer.
+        who: Appearance,
+        /// Whether nobody new may join from the player's network either.
+        network: bool,
+    },
     CloseRoom,
 }
 
@@ -59,7 +64,10 @@ impl Question {
     /// Asks whether to remove the player in this seat, given as text by a button.
     pub fn kick(players: &[PlayerState], seat: &str) -> Option<Question> {
         let player = players.iter().find(|player| player.seat.0.to_string() == seat);
-        player.map(|player| Question::Kick(player.seat, player.appearance.clone()))
+        player.map(|player| {
+            let (seat, who) = (player.seat, player.appearance.clone());
+            Question::Kick { seat, who, network: false }
+        })
     }
 }
 
@@ -69,6 +77,8 @@ impl Question {
 pub struct Dialogs {
     pub help: bool,
     pub settings: bool,
+    /// Whether the settings were opened to change the name.
+    pub renames: bool,
     pub question: Option<Question>,
     /// A notice about a replay or a demo.
     pub card: Option<Card>,
@@ -98,8 +108,9 @@ impl Dialogs {
         }
     }
 
-    /// Opens or closes the settings.
-    pub fn toggle_settings(&mut self, top: Layer) {
+    /// Opens or closes the settings, possibly with the focus on the player's name.
+    pub fn toggle_settings(&mut self, top: Layer, renames: bool) {
+        self.renames = renames;
         match top {
             Layer::Page | Layer::Help => self.settings = true,
             Layer::Settings => self.settings = false,
@@ -110,7 +121,7 @@ impl Dialogs {
     /// Withdraws a question about a player who has left.
     pub fn withdraw_moot(&mut self, players: &[PlayerState]) {
         self.question.take_if(|question| match question {
-            Question::Kick(seat, who) => {
+            Question::Kick { seat, who, .. } => {
                 !players.iter().any(|player| player.seat == *seat && player.appearance == *who)
             }
             Question::CloseRoom => false,

@@ -150,6 +150,8 @@ pub enum Event {
     /// The name or colour changed.
     FormChanged(Form),
     PlayClicked(Form),
+    /// Another name or colour was chosen in a room.
+    LookChosen(String, u8),
     /// A scene's card was clicked.
     SceneClicked(String, Form),
     /// A scene should be played alone.

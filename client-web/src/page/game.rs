@@ -177,6 +177,7 @@ impl GameScreen {
                     self.connection.plot(membership.clock.delay_ticks() * TICK_MS);
                 }
                 self.connection.keep_connected(ctx);
+                self.connection.send_look(ctx);
             }
             Event::Drawn(true) => self.connection.meter.drawn(ctx.now_ms),
             Event::Online => self.connection.hurry(),

@@ -33,6 +33,7 @@ macro_rules! page_actions {
 
 page_actions! {
     "again" Again
+    "ask-network" AskNetwork
     "bounds" Bounds
     "cancel" Cancel
     "choose-button" ChooseButton
@@ -77,6 +78,7 @@ page_actions! {
     "play-alone" PlayAlone
     "play-pause" PlayPause
     "qr-code" QrCode
+    "rename" Rename
     "reset-hands" ResetHands
     "settings" Settings
     "sound" Sound
@@ -89,8 +91,8 @@ page_actions! {
 impl PageAction {
     /// Whether the action shows a card that takes over the keys.
     pub fn shows_card(self) -> bool {
-        use PageAction::{CloseRoom, Help, Kick, QrCode, Settings};
-        matches!(self, CloseRoom | Help | Kick | QrCode | Settings)
+        use PageAction::{CloseRoom, Help, Kick, QrCode, Rename, Settings};
+        matches!(self, CloseRoom | Help | Kick | QrCode | Rename | Settings)
     }
 }
 

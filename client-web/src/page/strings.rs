@@ -155,6 +155,19 @@ pub fn bots(count: u32) -> String {
     }
 }
 
+/// The number of people and bots in a room, of which there is at least one each.
+pub fn people_and_bots(people: usize, bots: usize) -> String {
+    let people = match people {
+        1 => say("1 player").to_owned(),
+        many => fill("{count} players", &[("count", &many.to_string())]),
+    };
+    let bots = match bots {
+        1 => say("1 bot").to_owned(),
+        many => fill("{count} bots", &[("count", &many.to_string())]),
+    };
+    people + ", " + &bots
+}
+
 /// Shown when the player's run has been submitted.
 pub const RUN_CHECKED: &str = "The server is checking your run\u{2026}";
 /// Shown when the game is too long for its run to be stored.

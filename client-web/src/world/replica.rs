@@ -42,6 +42,8 @@ pub enum News {
     Left(Appearance),
     /// A player's pack burst on another player's hero, or on a hero without a player.
     Hit(Appearance, Option<Appearance>),
+    /// A player has taken another name: the look before, and the new one.
+    Renamed(Appearance, Appearance),
     /// A player's hero left the world.
     Fell(Appearance),
     /// A player scored for another team.
@@ -155,8 +157,18 @@ impl Replica {
     pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>, events: Vec<TimedEvent>) {
         let snapshot = snapshot.into();
         for player in &snapshot.players {
-            if let Some(name) = self.names.get_mut(usize::from(player.seat.0)) {
-                *name = Some(player.appearance.clone());
+            let Some(known) = self.names.get_mut(usize::from(player.seat.0)) else { continue };
+            let before = known.replace(player.appearance.clone());
+            let before = before.filter(|before| before.name != player.appearance.name);
+            let Some(before) = before else { continue };
+            // Somebody else may have taken the seat.
+            let joins = |timed: &TimedEvent| timed.event == Event::Joined(player.seat);
+            let was_here = self
+                .room
+                .newest()
+                .is_some_and(|newest| newest.players.iter().any(|known| known.seat == player.seat));
+            if was_here && !events.iter().any(joins) {
+                self.tell(News::Renamed(before, player.appearance.clone()));
             }
         }
         if let Some(highlights) = &mut self.highlights {

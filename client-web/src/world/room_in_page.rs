@@ -58,6 +58,8 @@ pub struct RoomInPage {
     scripted: bool,
     reader: Option<Subscriber>,
     outbox: Vec<Vec<u8>>,
+    /// The revision of the room's members at which the page was told the bots; `None` if it did not ask.
+    told_members: Option<u64>,
     started_ms: Option<f64>,
     played: f64,
     tick: u32,
@@ -103,6 +105,7 @@ impl RoomInPage {
             scripted: false,
             reader: None,
             outbox: Vec::new(),
+            told_members: None,
             started_ms: None,
             played: 0.0,
             tick: 0,
@@ -134,6 +137,10 @@ impl RoomInPage {
             Ok(ClientMessage::Ping { stamp }) => {
                 self.outbox.push(ServerMessage::Pong { stamp, tick: self.tick }.encode());
             }
+            Ok(ClientMessage::Look { appearance }) => {
+                self.seat().into_iter().for_each(|seat| self.room.change_look(seat, &appearance));
+            }
+            Ok(ClientMessage::FollowBots) => self.tell_bots(),
             Ok(ClientMessage::View { size }) => {
                 self.seat().into_iter().for_each(|seat| self.room.view(seat, size));
             }
@@ -172,6 +179,9 @@ impl RoomInPage {
         self.room.tick();
         self.tick = self.room.game().tick_count();
         self.keep_records();
+        if self.told_members.is_some_and(|told| told != self.room.members_revision()) {
+            self.tell_bots();
+        }
         if let Some(seat) = self.seat() {
             let message = match &self.reader {
                 Some(reader) => self.room.message(reader).cloned(),
@@ -183,6 +193,11 @@ impl RoomInPage {
             };
             self.outbox.extend(message.map(|bytes| bytes.to_vec()));
         }
+    }
+
+    fn tell_bots(&mut self) {
+        self.told_members = Some(self.room.members_revision());
+        self.outbox.push(ServerMessage::Bots { seats: self.room.bot_seats() }.encode());
     }
 
     /// Stores new records, unless the game is already longer than the longest allowed run.

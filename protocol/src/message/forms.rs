@@ -3,7 +3,7 @@
 use crate::appearance::Appearance;
 use crate::clip::ClipRefusal;
 use crate::error::{DecodeError, check};
-use crate::ids::{read_seat, write_seat};
+use crate::ids::{check_seat_order, read_seat, write_seat};
 use crate::limits::{
     EMOTES, NODES_MAX, POINTER_MAX, REPLAY_NAME_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, VIEW_MAX,
@@ -13,7 +13,7 @@ use crate::refusal::Refusal;
 use crate::role::{Role, WelcomeSeat};
 use crate::token::Token;
 use crate::wire::{Reader, Writer};
-use jostle_game::{Buttons, Input, Seat};
+use jostle_game::{Buttons, Input, SEATS_MAX, Seat};
 use jostle_sim::Vec2;
 
 /// A field's reader and writer. Read errors name the field.
@@ -39,6 +39,23 @@ pub const LEB32: FieldCodec<u32> =
 
 pub const SEAT: FieldCodec<Seat> =
     FieldCodec { write: |writer, it| write_seat(writer, *it), read: |reader, _| read_seat(reader) };
+/// Seats in increasing order.
+pub const SEATS: FieldCodec<Vec<Seat>> = FieldCodec {
+    write: |writer, it| {
+        writer.count(it.len());
+        it.iter().for_each(|seat| write_seat(writer, *seat));
+    },
+    read: |reader, field| {
+        let count = reader.count(SEATS_MAX, 1, field)?;
+        let mut seats = Vec::with_capacity(count);
+        for _ in 0..count {
+            let seat = read_seat(reader)?;
+            check_seat_order(seats.last().copied(), seat)?;
+            seats.push(seat);
+        }
+        Ok(seats)
+    },
+};
 pub const APPEARANCE: FieldCodec<Appearance> =
     FieldCodec { write: |writer, it| it.write(writer), read: |reader, _| Appearance::read(reader) };
 pub const SOME_TOKEN: FieldCodec<Option<Token>> = FieldCodec {

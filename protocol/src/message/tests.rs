@@ -52,9 +52,13 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
     let side = || f32::MIN_POSITIVE..=VIEW_MAX;
     let view = (side(), side()).prop_map(|(x, y)| ClientMessage::View { size: Vec2::new(x, y) });
     let kick = (0..SEATS_MAX).prop_map(|seat| ClientMessage::Kick { seat: Seat(seat as u16) });
+    let network = (0..SEATS_MAX).prop_map(|seat| Seat(seat as u16));
+    let network = network.prop_map(|seat| ClientMessage::KickNetwork { seat });
     let emote = (0..EMOTES).prop_map(|emote| ClientMessage::Emote { emote });
-    let plain = proptest::sample::select(vec![ClientMessage::CloseRoom, ClientMessage::Clip]);
-    prop_oneof![hello, input, ping, view, kick, emote, plain]
+    let look = appearances().prop_map(|appearance| ClientMessage::Look { appearance });
+    let plain = [ClientMessage::CloseRoom, ClientMessage::Clip, ClientMessage::FollowBots];
+    let plain = proptest::sample::select(plain.to_vec());
+    prop_oneof![hello, input, ping, view, kick, network, emote, look, plain]
 }
 
 fn origins() -> impl Strategy<Value = String> {
@@ -90,6 +94,9 @@ fn server_messages() -> impl Strategy<Value = ServerMessage> {
             .prop_map(|urls| ServerMessage::Nodes { urls }),
         (seat(), 0..EMOTES).prop_map(|(seat, emote)| ServerMessage::Emote { seat, emote }),
         kept.prop_map(|kept| ServerMessage::Clip { kept }),
+        proptest::collection::btree_set(0..SEATS_MAX as u16, 0..20).prop_map(|seats| {
+            ServerMessage::Bots { seats: seats.into_iter().map(Seat).collect() }
+        }),
         any::<Vec<u8>>().prop_map(|mut bytes| {
             bytes.insert(0, 0x80 | bytes.len() as u8);
             ServerMessage::Snapshot(bytes)
@@ -145,7 +152,7 @@ proptest! {
     #![proptest_config(config(50_000))]
 
     #[test]
-    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..10) {
+    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..12) {
         let bytes = [&[kind][..], &bytes].concat();
         if let Ok(message) = ClientMessage::decode(&bytes) {
             prop_assert!(has_one_form(&message, &bytes));
@@ -214,6 +221,10 @@ fn client_messages_have_the_documented_bytes() {
     assert_eq!(ClientMessage::CloseRoom.encode(), [5]);
     assert_eq!(ClientMessage::Clip.encode(), [6]);
     assert_eq!(ClientMessage::Emote { emote: 7 }.encode(), [7, 7]);
+    let appearance = Appearance::new("Bo", 4).unwrap();
+    assert_eq!(ClientMessage::Look { appearance }.encode(), [8, 2, b'B', b'o', 4]);
+    assert_eq!(ClientMessage::KickNetwork { seat: Seat(9) }.encode(), [9, 9]);
+    assert_eq!(ClientMessage::FollowBots.encode(), [10]);
 }
 
 #[test]
@@ -251,6 +262,9 @@ fn server_messages_have_the_documented_bytes() {
     assert_eq!(ServerMessage::Clip { kept }.encode(), *b"\x08\0\x1earena-oak-20260101-120000-clip");
     let kept = Err(ClipRefusal::TooMany);
     assert_eq!(ServerMessage::Clip { kept }.encode(), [8, 2]);
+    let bots = ServerMessage::Bots { seats: vec![Seat(1), Seat(200)] };
+    assert_eq!(bots.encode(), [9, 2, 1, 200, 1]);
+    assert!(ServerMessage::decode(&[9, 2, 3, 3]).is_err(), "not in order");
     assert_eq!(ServerMessage::Snapshot(vec![0x89, 8]).encode(), [0x89, 8]);
 }
 

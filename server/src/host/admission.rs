@@ -2,7 +2,7 @@
 
 use crate::limits::networks::{network, widest};
 use jostle_game::Seat;
-use jostle_room::Room;
+use jostle_room::{Claim, Room};
 use jostle_sim::TICKS_PER_SECOND;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
@@ -18,12 +18,12 @@ const SEATS_SHARE: usize = 4;
 const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
 /// Ticks of inactivity after which a player's seat may be given to a newcomer if the room is full.
 const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
-/// Ticks for which a kicked player's address is shut out of the room.
+/// Ticks for which a kicked player, or the player's network, is shut out of the room.
 const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
-/// Maximum number of kicked addresses that a room remembers; further ones replace the oldest.
+/// Maximum number of kicks that a room remembers; further ones replace the oldest.
 const KICKED_MAX: usize = 64;
 
-/// The addresses of seated players, and the addresses that are temporarily shut out.
+/// The addresses of seated players, and the players and networks that are temporarily shut out.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Admission {
     /// For each seat, the network of its last player and the name that this player asked for.
@@ -39,9 +39,21 @@ pub struct Admission {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Kicked {
     network: IpAddr,
-    /// Only a player with this name is shut out, because others who were not kicked are playing from the same network.
+    /// The player's name; `None` if the whole network is shut out.
     name: Option<String>,
+    /// Serial numbers of the player's claims, which a page presents wherever it is.
+    #[serde(default)]
+    claims: [Option<u64>; 2],
     tick: u32,
+}
+
+/// Whom a kick shuts out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KickScope {
+    /// The player, recognised by their claim, or by their name on their network.
+    Player,
+    /// Everyone on the player's network.
+    Network,
 }
 
 impl Admission {
@@ -55,21 +67,25 @@ impl Admission {
         self.seated[index] = Some((network(address), name.to_owned()));
     }
 
-    /// Temporarily shuts out the player in a seat. The whole network is shut out, unless one of the `others` who are
-    /// playing is on it too. In that case only the name is shut out, until another player on the network is kicked.
-    /// This keeps a group behind one router together, and a kicked player can return under another name only once.
-    pub fn kicked(&mut self, seat: Seat, others: impl Iterator<Item = Seat>, tick: u32) {
+    /// Notes that the player in a seat now has this name.
+    pub fn renamed(&mut self, seat: Seat, name: &str) {
+        if let Some(Some((_, known))) = self.seated.get_mut(usize::from(seat.0)) {
+            self.revision += 1;
+            name.clone_into(known);
+        }
+    }
+
+    /// Temporarily shuts out the player in a seat, who had these claims. Others on the same network are shut out only if
+    /// the host wants it, since a school or a flat is one network.
+    pub fn kicked(&mut self, seat: Seat, claims: [Option<u64>; 2], scope: KickScope, tick: u32) {
         let Some((network, name)) = self.of(seat).cloned() else { return };
-        let again =
-            self.kicked.iter().any(|kicked| kicked.network == network && kicked.holds(tick));
-        let mut others = others.filter(|&other| other != seat);
-        let is_shared = !again && others.any(|other| self.address(other) == Some(network));
+        let name = Some(name).filter(|_| scope == KickScope::Player);
         self.revision += 1;
-        self.kicked.retain(|kicked| kicked.network != network);
+        self.kicked.retain(|kicked| kicked.holds(tick));
         if self.kicked.len() == KICKED_MAX {
             self.kicked.pop_front();
         }
-        self.kicked.push_back(Kicked { network, name: is_shared.then_some(name), tick });
+        self.kicked.push_back(Kicked { network, name, claims, tick });
     }
 
     /// Increases with every change.
@@ -77,11 +93,13 @@ impl Admission {
         self.revision
     }
 
-    /// Returns whether a player with this address and name was recently kicked.
-    pub fn is_shut(&self, address: IpAddr, name: &str, tick: u32) -> bool {
-        let network = network(address);
+    /// Returns whether a player with this address and name, or with this claim, was recently kicked.
+    pub fn is_shut(&self, address: IpAddr, name: &str, claim: Option<Claim>, tick: u32) -> bool {
+        let (network, serial) = (network(address), claim.map(|claim| claim.serial));
         let is_it = |kicked: &Kicked| {
-            kicked.network == network && kicked.name.as_deref().is_none_or(|known| known == name)
+            let named = || kicked.name.as_deref().is_none_or(|known| known == name);
+            (serial.is_some() && kicked.claims.contains(&serial))
+                || (kicked.network == network && named())
         };
         self.kicked.iter().any(|kicked| is_it(kicked) && kicked.holds(tick))
     }
@@ -319,40 +337,42 @@ mod tests {
         assert_eq!(idle(&room), Some(Seat(3)));
     }
 
-    /// Every player is called Ann.
-    fn kick(admission: &mut Admission, of: u8, others: &[u16], tick: u32) {
+    /// Kicks Ann, whose claim has the number 7.
+    fn kick(admission: &mut Admission, of: u8, scope: KickScope, tick: u32) {
         admission.seated(Seat(3), address(of), "Ann");
-        admission.kicked(Seat(3), others.iter().map(|&seat| Seat(seat)), tick);
+        admission.kicked(Seat(3), [Some(7), None], scope, tick);
     }
 
     #[test]
-    fn a_kicked_address_is_shut_out_for_a_while_and_few_are_remembered() {
+    fn a_kicked_network_is_shut_out_for_a_while_and_few_are_remembered() {
         let mut admission = Admission::default();
-        kick(&mut admission, 1, &[3, 4], 100);
-        admission.kicked(Seat(4), std::iter::empty(), 100);
-        let shut = |of: u8, tick| admission.is_shut(address(of), "Bob", tick);
+        kick(&mut admission, 1, KickScope::Network, 100);
+        admission.kicked(Seat(4), [None; 2], KickScope::Network, 100);
+        let shut = |of: u8, tick| admission.is_shut(address(of), "Bob", None, tick);
         assert!(shut(1, 99 + KICKED_TICKS) && !shut(2, 100));
         assert!(!shut(1, 100 + KICKED_TICKS));
         for other in 2..2 + KICKED_MAX as u8 {
-            kick(&mut admission, other, &[], 101);
+            kick(&mut admission, other, KickScope::Network, 101);
         }
-        let shut = |of: u8| admission.is_shut(address(of), "Bob", 101);
+        let shut = |of: u8| admission.is_shut(address(of), "Bob", None, 101);
         assert!(!shut(1) && shut(2));
         assert_eq!(admission.kicked.len(), KICKED_MAX);
     }
 
     #[test]
-    fn a_kick_does_not_hit_others_behind_the_same_router() {
+    fn a_kicked_player_is_known_by_claim_and_name_and_others_on_the_network_are_not_hit() {
         let mut admission = Admission::default();
-        admission.seated(Seat(0), address(1), "Host");
-        kick(&mut admission, 1, &[0, 3], 100);
-        assert!(admission.is_shut(address(1), "Ann", 101), "who was kicked");
-        assert!(!admission.is_shut(address(1), "Eve", 101), "who was not");
-        // The player has returned under another name, and is kicked again.
-        admission.seated(Seat(3), address(1), "Anna");
-        admission.kicked(Seat(3), [Seat(0)].into_iter(), 200);
-        for name in ["Ann", "Anna", "Eve"] {
-            assert!(admission.is_shut(address(1), name, 201), "{name}");
-        }
+        kick(&mut admission, 1, KickScope::Player, 100);
+        let claim = |serial| Some(Claim { seat: Seat(9), serial });
+        let shut = |of: u8, name: &str, claim| admission.is_shut(address(of), name, claim, 101);
+        assert!(shut(1, "Ann", None) && shut(1, "Eve", claim(7)) && shut(2, "Eve", claim(7)));
+        assert!(!shut(1, "Eve", None) && !shut(1, "Eve", claim(8)) && !shut(2, "Ann", None));
+        assert!(!admission.is_shut(address(1), "Ann", claim(7), 100 + KICKED_TICKS));
+        // A new name does not help.
+        admission.seated(Seat(3), address(1), "Bob");
+        admission.renamed(Seat(3), "Bobby");
+        admission.kicked(Seat(3), [Some(8), None], KickScope::Player, 102);
+        let shut = |name: &str| admission.is_shut(address(1), name, None, 103);
+        assert!(shut("Bobby") && shut("Ann") && !shut("Bob"));
     }
 }

@@ -6,7 +6,7 @@ use crate::limits::uplink::Allowance;
 use crate::ops::metrics::{Metrics, Skip};
 use bytes::Bytes;
 use jostle_game::Seat;
-use jostle_protocol::Refusal;
+use jostle_protocol::{Refusal, ServerMessage};
 use jostle_room::{Rate, Room, Subscriber};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
@@ -58,6 +58,8 @@ pub struct Delivery {
     allowance: Allowance,
     /// Whether the next keyframe has to wait for the budget.
     held_back: bool,
+    /// Whether the client asked for the list of bots.
+    follows_bots: bool,
 }
 
 impl Delivery {
@@ -83,6 +85,21 @@ impl Delivery {
             late_tick,
             allowance,
             held_back,
+            follows_bots: false,
+        }
+    }
+
+    /// Sends the list of bots now, and from now on whenever it changes.
+    pub fn follow_bots(&mut self, room: &Room) {
+        if !std::mem::replace(&mut self.follows_bots, true) {
+            self.outbox.control(ServerMessage::Bots { seats: room.bot_seats() }.encode());
+        }
+    }
+
+    /// Sends the list of bots, which has changed, to a client that asked for it.
+    pub fn tell_bots(&self, message: &Bytes) {
+        if self.follows_bots {
+            self.outbox.control(message.clone());
         }
     }
 

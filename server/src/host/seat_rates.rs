@@ -14,6 +14,11 @@ const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
 /// time.
 const CLIPS_PER_MINUTE_MAX: usize = 8;
 
+/// Minimum number of ticks between changes of a player's name or colour.
+pub const LOOK_TICKS: u32 = 2 * TICKS_PER_SECOND;
+/// Maximum number of such changes per second in a room; each one is a line in the activity of all of the room's clients.
+const LOOKS_PER_SECOND_MAX: usize = 8;
+
 /// The recent actions of a room's players, and the limits on them.
 #[derive(Debug)]
 pub struct SeatRates {
@@ -31,6 +36,10 @@ pub struct SeatRates {
 impl SeatRates {
     pub fn of_emotes() -> SeatRates {
         SeatRates::new(EMOTE_TICKS, EMOTES_PER_SECOND_MAX, TICKS_PER_SECOND)
+    }
+
+    pub fn of_looks() -> SeatRates {
+        SeatRates::new(LOOK_TICKS, LOOKS_PER_SECOND_MAX, TICKS_PER_SECOND)
     }
 
     pub fn of_clips() -> SeatRates {

@@ -66,6 +66,13 @@ impl Sessions {
         self.spectators.feed(room, silent_ticks_max, now, metrics);
     }
 
+    /// Sends the list of bots, which has changed, to the sessions that asked for it.
+    pub fn tell_bots(&self, message: &Bytes) {
+        let spectators = self.spectators.present.iter().map(|spectator| &spectator.feed);
+        let feeds = self.members.iter().map(|member| &member.feed).chain(spectators);
+        feeds.for_each(|feed| feed.tell_bots(message));
+    }
+
     /// Ends a seat's sessions.
     pub fn end_seat(&mut self, seat: Seat, refusal: Refusal) {
         self.members.retain(|member| {
@@ -141,8 +148,9 @@ impl Spectators {
     }
 
     /// Handles spectators' messages. Inputs only acknowledge snapshots, and views are ignored because spectators get
-    /// the whole world. Everything else is dropped and counted.
-    pub fn empty_inboxes(&mut self, tick: u32, metrics: &Metrics) {
+    /// the whole world. They may follow the list of bots. Everything else is dropped and counted.
+    pub fn empty_inboxes(&mut self, room: &Room, metrics: &Metrics) {
+        let tick = room.game().tick_count();
         self.present.retain_mut(|spectator| {
             loop {
                 match spectator.inbox.try_recv() {
@@ -153,6 +161,7 @@ impl Spectators {
                         }
                     }
                     Ok(Some(ClientMessage::View { .. })) => {}
+                    Ok(Some(ClientMessage::FollowBots)) => spectator.feed.follow_bots(room),
                     Ok(None) | Err(TryRecvError::Disconnected) => {
                         metrics.left("spectator");
                         return false;

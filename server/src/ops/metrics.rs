@@ -312,7 +312,7 @@ impl Metrics {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
-    /// Counts a message that had no effect: an `emote` that came too soon, or any message from a `spectator`.
+    /// Counts a message that had no effect: an `emote` or a `look` that came too soon, or any message from a `spectator`.
     pub fn ignored(&self, kind: &'static str) {
         self.messages_ignored.get_or_create(&[("kind", kind)]).inc();
     }

@@ -75,6 +75,9 @@ fn client_messages() -> Vec<Vec<u8>> {
         watcher(),
         ClientMessage::Clip,
         ClientMessage::Emote { emote: 7 },
+        ClientMessage::Look { appearance: Appearance { name: "Bo".into(), color: 4 } },
+        ClientMessage::KickNetwork { seat: Seat(63) },
+        ClientMessage::FollowBots,
     ];
     let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
     // A hello with a different version.
@@ -101,6 +104,7 @@ fn server_messages() -> Vec<Vec<u8>> {
         ServerMessage::Emote { seat: Seat(3), emote: 5 },
         ServerMessage::Clip { kept: Ok("arena-k7f3q2-20260101-120000-clip".into()) },
         ServerMessage::Clip { kept: Err(ClipRefusal::TooMany) },
+        ServerMessage::Bots { seats: vec![Seat(1), Seat(200)] },
     ];
     let watching = ServerMessage::Welcome {
         seat: None,

@@ -58,14 +58,14 @@ async fn a_kicked_player_cannot_return_at_once() {
 
     let mut again = Client::connect(server.address, &code).await;
     again.hello(VERSION, "Guest", Some(guest.token)).await;
-    again.is_refused(Refusal::BadToken).await;
+    again.is_refused(Refusal::Kicked).await;
     let mut again = Client::connect(server.address, &code).await;
     again.hello(VERSION, "Guest", None).await;
     again.is_refused(Refusal::Kicked).await;
-    server.counts("jostle_refusals_total{reason=\"kicked\"}", 2).await;
-    // The host shares this address, so others from it may still join, until one of them is kicked too.
+    server.counts("jostle_refusals_total{reason=\"kicked\"}", 3).await;
+    // Others from this address may still join, until the host shuts out the network.
     let mut other = Client::join(server.address, &code, "Other").await;
-    host.send(&ClientMessage::Kick { seat: Seat(other.seat) }).await;
+    host.send(&ClientMessage::KickNetwork { seat: Seat(other.seat) }).await;
     other.is_refused(Refusal::Kicked).await;
     let mut again = Client::connect(server.address, &code).await;
     again.hello(VERSION, "Third", None).await;

@@ -11,6 +11,7 @@ use crate::page::game::connection::State;
 use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::screen::Screen;
 use crate::page::strings::{self, CardAction};
+use jostle_protocol::ClientMessage;
 
 /// The query of an address that opens a room as a spectator.
 const WATCH: &str = "?watch=1";
@@ -35,7 +36,8 @@ impl App {
             PageAction::Copy => self.ctx.request(Effect::CopyAddress),
             PageAction::QrCode => self.show_code(),
             PageAction::Help => self.visit.dialogs.toggle_help(self.top()),
-            PageAction::Settings => self.toggle_settings(),
+            PageAction::Settings => self.toggle_settings(false),
+            PageAction::Rename => self.toggle_settings(true),
             PageAction::Wheel => {
                 let may_open = self.top() == Layer::Page;
                 if let Screen::Game(game) = &mut self.screen {
@@ -53,9 +55,10 @@ impl App {
             PageAction::Mute => self.sound.toggle_mute(&mut self.ctx),
             PageAction::OpenFile => self.ctx.request(Effect::ChooseFile),
             PageAction::CloseRoom => self.visit.dialogs.question = Some(Question::CloseRoom),
-            PageAction::Kick => {
-                if let Some(replica) = self.screen.replica() {
-                    self.visit.dialogs.question = Question::kick(replica.room.players(), value);
+            PageAction::Kick => self.kick(value),
+            PageAction::AskNetwork => {
+                if let Some(Question::Kick { network, .. }) = &mut self.visit.dialogs.question {
+                    *network = !*network;
                 }
             }
             PageAction::Confirm => {
@@ -109,13 +112,26 @@ impl App {
         }
     }
 
-    fn toggle_settings(&mut self) {
+    /// Asks whether to remove the player in this seat. A bot is removed at once.
+    fn kick(&mut self, seat: &str) {
+        let Screen::Game(game) = &mut self.screen else { return };
+        let Some(room) = game.replica().map(|replica| &replica.room) else { return };
+        match Question::kick(room.players(), seat) {
+            Some(Question::Kick { seat, .. }) if room.is_bot(seat) => {
+                game.connection.send(&mut self.ctx, &ClientMessage::Kick { seat });
+            }
+            question => self.visit.dialogs.question = question,
+        }
+    }
+
+    fn toggle_settings(&mut self, renames: bool) {
         if let Screen::Game(game) = &mut self.screen {
             game.input.wheel = None;
         }
         self.settings.choice = None;
         self.settings.note.clear();
-        self.visit.dialogs.toggle_settings(self.top());
+        let top = self.top();
+        self.visit.dialogs.toggle_settings(top, renames);
     }
 
     /// Shows the current link as a QR code.

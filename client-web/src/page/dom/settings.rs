@@ -23,6 +23,12 @@ pub fn listen(events: Events) {
     dom::listen(&dom::html("full-on"), "change", move |_: web_sys::Event| {
         events.push(Event::Clicked(PageAction::FullScreen, String::new()));
     });
+    dom::listen(&dom::html("own-look"), "change", move |_: web_sys::Event| {
+        let name = dom::by_id::<HtmlInputElement>("own-name").value();
+        let color = dom::query::<HtmlInputElement>("#own-colors :checked");
+        let color = color.and_then(|radio| radio.value().parse().ok()).unwrap_or(0);
+        events.push(Event::LookChosen(name, color));
+    });
     dom::listen(&dom::html("dead-zone"), "input", move |event: web_sys::Event| {
         if let Some(percent) = dom::value_of(&event) {
             send(SettingsEvent::DeadZone(percent));

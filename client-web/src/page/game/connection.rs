@@ -26,6 +26,8 @@ const SILENCE_MS: f64 = 6000.0;
 const ATTEMPTS_BLOCKED: u32 = 3;
 /// Interval between pings, milliseconds.
 const PING_MS: f64 = 1000.0;
+/// Interval between changes of the name or colour, milliseconds; a room drops those that come sooner than 2 s.
+const LOOK_MS: f64 = 2500.0;
 /// Close code for a broken connection (RFC 6455).
 const BROKEN: u16 = 1006;
 /// The number of pulses in the connection plots.
@@ -45,6 +47,9 @@ pub struct Connection {
     /// Round trip and interpolation delay over the last few pulses, milliseconds.
     pub plots: [Plot; 2],
     appearance: Appearance,
+    /// Whether the room does not know the name and colour yet.
+    is_new_look: bool,
+    looked_ms: f64,
     pinged_ms: f64,
 }
 
@@ -59,6 +64,8 @@ impl Connection {
             meter: Meter::default(),
             plots: [0, 1].map(|_| Plot::new(PULSES)),
             appearance,
+            is_new_look: false,
+            looked_ms: f64::NEG_INFINITY,
             pinged_ms: ctx.now_ms,
         }
     }
@@ -201,7 +208,8 @@ impl Connection {
     /// Removes stored secrets that a refusal makes invalid.
     fn forget(&self, ctx: &mut Context, refusal: Refusal) {
         let closed = matches!(refusal, Refusal::RoomClosed | Refusal::TooCostly);
-        if closed || matches!(refusal, Refusal::Kicked | Refusal::GaveWay) {
+        // By the secret of a lost seat, a room recognises a player who was kicked.
+        if closed || refusal == Refusal::GaveWay {
             ctx.storage.set_secret(Secret::Seat, &self.code, None);
         }
         if closed || refusal == Refusal::NoSuchRoom {
@@ -303,7 +311,7 @@ impl Connection {
 
     pub fn hello(&mut self, ctx: &mut Context) {
         let mut secrets = (None, None);
-        self.status.blocked = false;
+        (self.status.blocked, self.is_new_look) = (false, false);
         if let Link::Server(socket) = &mut self.link {
             socket.heard_ms = ctx.now_ms;
         }
@@ -322,11 +330,33 @@ impl Connection {
     /// Carries out the action that the host confirmed.
     pub fn carry_out(&mut self, ctx: &mut Context, question: &Question) {
         match question {
-            Question::Kick(seat, _) => self.send(ctx, &ClientMessage::Kick { seat: *seat }),
+            &Question::Kick { seat, network: false, .. } => {
+                self.send(ctx, &ClientMessage::Kick { seat });
+            }
+            &Question::Kick { seat, network: true, .. } => {
+                self.send(ctx, &ClientMessage::KickNetwork { seat });
+            }
             Question::CloseRoom => {
                 self.status.closes = true;
                 self.send(ctx, &ClientMessage::CloseRoom);
             }
+        }
+    }
+
+    /// Asks for another name and colour: now, or as soon as the room allows another change.
+    pub fn wear(&mut self, ctx: &mut Context, appearance: Appearance) {
+        self.is_new_look |= self.appearance != appearance;
+        self.appearance = appearance;
+        self.send_look(ctx);
+    }
+
+    /// Sends the name and colour if they have changed and the last change was long enough ago.
+    pub fn send_look(&mut self, ctx: &mut Context) {
+        let rests = ctx.now_ms - self.looked_ms < LOOK_MS;
+        if self.is_new_look && !rests && self.status.state == State::Playing && !self.watches() {
+            (self.is_new_look, self.looked_ms) = (false, ctx.now_ms);
+            let appearance = self.appearance.clone();
+            self.send(ctx, &ClientMessage::Look { appearance });
         }
     }
 

@@ -79,6 +79,7 @@ impl GameScreen {
                         let seat = seat.map_or(NO_PLAYER, |own| own.seat);
                         let replica = Replica::new(Arc::new(scene), seat);
                         self.welcome(ctx, replica, tick);
+                        self.connection.send(ctx, &ClientMessage::FollowBots);
                     }
                     Err(error) => {
                         ctx.request(Effect::Warn(format!("the server's scene: {error}")));
@@ -103,6 +104,9 @@ impl GameScreen {
             Ok(ServerMessage::Emote { seat, emote }) => self.emotes.show(now_ms, seat, emote),
             Ok(ServerMessage::Clip { kept }) => {
                 self.connection.status.clip = Some((now_ms, kept.map_err(strings::no_clip)));
+            }
+            Ok(ServerMessage::Bots { seats }) => {
+                self.membership.iter_mut().for_each(|own| own.replica.room.bots.clone_from(&seats));
             }
             Ok(ServerMessage::Denied) => self.connection.status.denied_ms = Some(now_ms),
             Err(error) => self.connection.misunderstood(ctx, &error),

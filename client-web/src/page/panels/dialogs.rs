@@ -6,7 +6,7 @@ use crate::page::app::App;
 use crate::page::card::{Card, CardAction};
 use crate::page::dialogs::Layer;
 use crate::page::dialogs::Question;
-use crate::page::view::{View, word};
+use crate::page::view::{Set, View, word};
 
 /// The parts of the page with their layers.
 const PARTS: [(&str, Layer); 7] = [
@@ -38,6 +38,7 @@ pub fn view(app: &App) -> View {
     view.focus = match layers.top() {
         Layer::Page => None,
         Layer::Help => Some("#help-close"),
+        Layer::Settings if app.visit.dialogs.renames => Some("#own-name"),
         Layer::Settings => Some("#language"),
         Layer::Ask => Some("#ask-no"),
         Layer::Notice => Some("#notice-button"),
@@ -75,10 +76,14 @@ pub fn notice(view: View, card: &Card) -> View {
 
 fn ask(view: View, question: &Question) -> View {
     let (before, after) = around("Remove {player}?");
+    let network = match question {
+        Question::Kick { network, .. } => Some(*network),
+        Question::CloseRoom => None,
+    };
     let ([before, name, after], text, yes) = match question {
-        Question::Kick(_, who) => (
+        Question::Kick { who, .. } => (
             [before, &*who.name, after],
-            say("They'll be removed, and no one new can join from their network for five minutes."),
+            say("They'll be removed, and can come back in five minutes."),
             say("Remove"),
         ),
         Question::CloseRoom => (
@@ -91,5 +96,7 @@ fn ask(view: View, question: &Question) -> View {
         .text("#ask-name", name.to_owned())
         .text("#ask-after", after.to_owned())
         .text("#ask-text", text)
+        .show("#ask-network", network.is_some())
+        .set("#ask-network input", Set::Checked(network == Some(true)))
         .text("#ask-yes", yes)
 }

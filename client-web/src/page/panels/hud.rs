@@ -190,6 +190,7 @@ fn line(number: usize, news: &News) -> View {
         News::Hit(by, Some(whom)) => (Some(by), around(" splashed {player}").0, Some(whom)),
         News::Hit(by, None) => (Some(by), say(" hit a bystander"), None),
         News::OwnGoal(who) => (Some(who), say(" scored an own goal"), None),
+        News::Renamed(who, now) => (Some(who), say(" is now "), Some(now)),
         News::Fell(who) => (Some(who), say(" fell out of the world"), None),
     };
     let mut item = View::item("news-item", number).text("span", text.to_owned());

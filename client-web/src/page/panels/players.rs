@@ -1,9 +1,10 @@
-//! The list of players, ordered by score. It always includes the player, or the one that a spectator follows. For a
-//! host, each other player has a button that removes them; for a spectator, each entry is a button that follows the
-//! player.
+//! The list of players, ordered by score. It always includes the player, or the one that a spectator follows. The
+//! player's own entry is a button that changes the name; for a host, each other player has a button that removes them;
+//! for a spectator, each entry is a button that follows the player.
 
-use crate::language::fill;
+use crate::language::{fill, say};
 use crate::page::app::App;
+use crate::page::strings;
 use crate::page::view::{View, word};
 use crate::world::replica::Replica;
 use jostle_game::Seat;
@@ -57,7 +58,13 @@ fn entries(replica: &Replica, viewer: Viewer) -> Vec<View> {
         View::item("more-item", "")
             .text("", fill("and {count} more", &[("count", &more.to_string())]))
     });
-    entries.chain(more).collect()
+    let bots = replica.room.players().iter().filter(|player| replica.room.is_bot(player.seat));
+    let bots = bots.count();
+    let count = (bots > 0).then(|| {
+        let people = replica.room.players().len() - bots;
+        View::item("more-item", "people").text("", strings::people_and_bots(people, bots))
+    });
+    entries.chain(more).chain(count).collect()
 }
 
 fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
@@ -71,6 +78,7 @@ fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
     let template = match viewer {
         Viewer::Host if !own => "guest-item",
         Viewer::Spectator(_) => "watched-item",
+        _ if own => "own-item",
         _ => "player-item",
     };
     let item = View::item(template, player.seat.0)
@@ -84,6 +92,10 @@ fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
         Viewer::Host if !own => {
             let label = fill("Remove {player}", &[("player", &*player.appearance.name)]);
             item.with("button", "aria-label", label.clone()).with("button", "title", label)
+        }
+        _ if own => {
+            let label = say("Change your name or colour");
+            return item.with("button", "aria-label", label).with("button", "title", label);
         }
         Viewer::Spectator(followed) => {
             item.with("button", "aria-pressed", word(followed == Some(player.seat)))

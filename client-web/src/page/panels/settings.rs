@@ -14,6 +14,11 @@ pub fn view(app: &App) -> View {
     if !app.visit.dialogs.settings {
         return view;
     }
+    let has_seat = app.screen.game().is_some_and(|game| !game.watches());
+    let view = view
+        .show("#own-look", has_seat)
+        .set("#own-name", Set::Typed(app.appearance.name.to_string().into()))
+        .set("#own-colors", Set::Choice(app.appearance.color.to_string().into()));
     let keys = Action::ALL.into_iter().map(|action| {
         let is_asked = settings.choice == Some(Choice::Key(action));
         entry(action, PageAction::ChooseKey, settings.cap(action), is_asked)

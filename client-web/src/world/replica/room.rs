@@ -16,6 +16,8 @@ pub struct RoomView {
     /// The scene being played.
     pub scene: Arc<Scene>,
     pub seat: Seat,
+    /// The seats of bots, as far as the room has told.
+    pub bots: Vec<Seat>,
     pub(super) timeline: Timeline,
     /// The fractional tick on display.
     pub display: f64,
@@ -33,6 +35,7 @@ impl RoomView {
             timeline: Timeline::new(scene.world.quantum, scene.world.speed_max),
             scene,
             seat,
+            bots: Vec::new(),
             display: 0.0,
             samples: Vec::new(),
             led_from: None,
@@ -57,6 +60,11 @@ impl RoomView {
     /// Players at the displayed moment, in seat order.
     pub fn players(&self) -> &[PlayerState] {
         self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
+    }
+
+    /// Whether a bot has this seat.
+    pub fn is_bot(&self, seat: Seat) -> bool {
+        self.bots.contains(&seat)
     }
 
     /// Players at the displayed moment, ordered by score, best first.

@@ -1,6 +1,6 @@
 //! An open room: its game, its sessions, and how sessions come and go.
 
-use crate::host::admission::{Admission, HeldSeats};
+use crate::host::admission::{Admission, HeldSeats, KickScope};
 use crate::host::clock::TickClock;
 use crate::host::confusables;
 use crate::host::delivery::Delivery;
@@ -14,7 +14,7 @@ use crate::log::SavedRoom;
 use crate::ops::refusal_log::Foreign;
 use ipnet::IpNet;
 use jostle_game::Seat;
-use jostle_protocol::{Appearance, Refusal, Role, WelcomeSeat};
+use jostle_protocol::{Appearance, Refusal, Role, ServerMessage, WelcomeSeat};
 use jostle_room::{Room, Welcome};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
@@ -40,7 +40,10 @@ pub struct OpenRoom {
     pub sessions: Sessions,
     pub admission: Admission,
     pub emotes: SeatRates,
+    pub looks: SeatRates,
     pub clips: SeatRates,
+    /// The bots at the last check, and the revision of the members at that time.
+    bots: (u64, Vec<Seat>),
     /// Whether the host or an operator closed the room.
     pub closed: bool,
     /// Whether the room's creator has left, so that the room need not stay open once it is empty.
@@ -73,7 +76,9 @@ impl OpenRoom {
             room,
             admission,
             emotes: SeatRates::of_emotes(),
+            looks: SeatRates::of_looks(),
             clips: SeatRates::of_clips(),
+            bots: (u64::MAX, Vec::new()),
             closed: false,
             abandoned: false,
             empty_since: clock.now(),
@@ -86,10 +91,8 @@ impl OpenRoom {
             return self.admit_spectator(join, now);
         }
         let own = join.claim.map(|signed| signed.claim.seat);
-        let others = self.room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
-        let others = others.map(|player| &player.appearance.name);
-        let name = confusables::unmistakable(&join.appearance.name, others);
-        let join = Join { appearance: Appearance { name, ..join.appearance }, ..join };
+        let appearance = self.unmistakable(join.appearance, own);
+        let join = Join { appearance, ..join };
         let (name, address) = (join.appearance.name.clone(), join.address);
         let (own, host) = (self.info.number, join.hosted == Some(self.info.number));
         match self.take_seat(&join, host, held) {
@@ -119,10 +122,17 @@ impl OpenRoom {
         }
     }
 
+    /// The appearance under a name that resembles no name of a player outside the seat `own`, unless it is the same.
+    pub fn unmistakable(&self, wanted: Appearance, own: Option<Seat>) -> Appearance {
+        let others = self.room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
+        let others = others.map(|player| &player.appearance.name);
+        Appearance { name: confusables::unmistakable(&wanted.name, others), ..wanted }
+    }
+
     /// Admits a session as a spectator, or ends it with a reason.
     fn admit_spectator(&mut self, join: Join, now: Instant) {
         let (address, tick) = (join.address, self.room.game().tick_count());
-        if self.admission.is_shut(address, &join.appearance.name, tick) {
+        if self.admission.is_shut(address, &join.appearance.name, None, tick) {
             return join.outbox.end(Refusal::Kicked);
         }
         let outbox = Arc::clone(&join.outbox);
@@ -156,14 +166,19 @@ impl OpenRoom {
             let claim = join.claim.map(|signed| signed.claim);
             room.join(join.appearance.clone(), claim)
         };
-        match join.claim {
-            Some(claim) if claim.room != self.info.number => return Err(Refusal::BadToken),
-            Some(_) => return seat(&mut self.room),
-            None => {}
+        if join.claim.is_some_and(|claim| claim.room != self.info.number) {
+            return Err(Refusal::BadToken);
         }
         let (name, tick) = (&join.appearance.name, self.room.game().tick_count());
-        if !host && self.admission.is_shut(join.address, name, tick) {
-            return Err(Refusal::Kicked);
+        let claim = join.claim.map(|signed| signed.claim);
+        let taken = claim.map(|_| seat(&mut self.room));
+        match taken {
+            Some(Ok(welcome)) => return Ok(welcome),
+            _ if !host && self.admission.is_shut(join.address, name, claim, tick) => {
+                return Err(Refusal::Kicked);
+            }
+            Some(refused) => return refused,
+            None => {}
         }
         match seat(&mut self.room) {
             Err(Refusal::RoomFull) => {
@@ -185,19 +200,19 @@ impl OpenRoom {
     }
 
     /// Kicks a player, whether or not they are connected. Returns whether this seat had one.
-    pub fn kick(&mut self, seat: Seat) -> bool {
+    pub fn kick(&mut self, seat: Seat, scope: KickScope) -> bool {
         if self.room.dismiss_bot(seat) {
             return true;
         }
         let players = self.room.players();
+        let claims = self.room.claims(seat);
         self.room.leave(seat);
         if self.room.players() == players {
             return false;
         }
         info!(room = %self.info.code, seat = seat.0, "player kicked");
         self.host.metrics.left("kicked");
-        let others = self.sessions.members.iter().map(|member| member.seat);
-        self.admission.kicked(seat, others, self.room.game().tick_count());
+        self.admission.kicked(seat, claims, scope, self.room.game().tick_count());
         self.sessions.end_seat(seat, Refusal::Kicked);
         true
     }
@@ -211,7 +226,7 @@ impl OpenRoom {
         };
         let seats: Vec<Seat> = seats.filter(of_network).collect();
         for seat in seats {
-            self.kick(seat);
+            self.kick(seat, KickScope::Player);
         }
     }
 
@@ -223,8 +238,22 @@ impl OpenRoom {
         }
     }
 
+    /// Sends the list of bots to the sessions that asked for it, if it has changed.
+    fn tell_bots(&mut self) {
+        let revision = self.room.members_revision();
+        if std::mem::replace(&mut self.bots.0, revision) == revision {
+            return;
+        }
+        let seats = self.room.bot_seats();
+        if seats != self.bots.1 {
+            self.sessions.tell_bots(&ServerMessage::Bots { seats: seats.clone() }.encode().into());
+            self.bots.1 = seats;
+        }
+    }
+
     /// Queues the newest tick's snapshot for all sessions.
     pub fn feed(&mut self, now: Instant) {
+        self.tell_bots();
         // This is updated first, because no pong may name an earlier tick than its client has already seen.
         self.info.tick.store(self.room.game().tick_count(), Ordering::Relaxed);
         let Host { waits, metrics, send_queues, .. } = &*self.host;

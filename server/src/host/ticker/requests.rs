@@ -2,12 +2,13 @@
 //! all inboxes are empty.
 
 use super::open_room::OpenRoom;
+use crate::host::admission::KickScope;
 use crate::host::outbox::Outbox;
 use crate::host::sessions::ConnectedMember;
 use crate::ops::metrics::Metrics;
 use bytes::Bytes;
 use jostle_game::Seat;
-use jostle_protocol::{ClientMessage, ClipRefusal, ServerMessage};
+use jostle_protocol::{Appearance, ClientMessage, ClipRefusal, ServerMessage};
 use jostle_room::Room;
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
@@ -17,7 +18,8 @@ use tracing::info;
 /// Requests that others notice.
 #[derive(Default)]
 struct PlayerRequests {
-    kicks: Vec<(Seat, Arc<Outbox>)>,
+    kicks: Vec<(Seat, KickScope, Arc<Outbox>)>,
+    looks: Vec<(Seat, Appearance)>,
     emotes: Vec<(Seat, u8)>,
     clips: Vec<(Seat, Arc<Outbox>)>,
     closes: bool,
@@ -43,12 +45,19 @@ impl PlayerRequests {
             }
             ClientMessage::View { size } => room.view(member.seat, size),
             ClientMessage::Kick { seat } if member.host => {
-                self.kicks.push((seat, Arc::clone(outbox)));
+                self.kicks.push((seat, KickScope::Player, Arc::clone(outbox)));
+            }
+            ClientMessage::KickNetwork { seat } if member.host => {
+                self.kicks.push((seat, KickScope::Network, Arc::clone(outbox)));
             }
             ClientMessage::CloseRoom if member.host => self.closes = true,
-            ClientMessage::Kick { .. } | ClientMessage::CloseRoom => {
+            ClientMessage::Kick { .. }
+            | ClientMessage::KickNetwork { .. }
+            | ClientMessage::CloseRoom => {
                 outbox.control(ServerMessage::Denied.encode());
             }
+            ClientMessage::Look { appearance } => self.looks.push((member.seat, appearance)),
+            ClientMessage::FollowBots => member.feed.follow_bots(room),
             ClientMessage::Emote { emote } => self.emotes.push((member.seat, emote)),
             ClientMessage::Clip => self.clips.push((member.seat, Arc::clone(outbox))),
             // The session itself answers pings and refuses a second hello.
@@ -85,18 +94,20 @@ impl OpenRoom {
             }
         });
         self.grant(requests);
-        let tick = self.room.game().tick_count();
-        self.sessions.spectators.empty_inboxes(tick, &self.host.metrics);
+        self.sessions.spectators.empty_inboxes(&self.room, &self.host.metrics);
     }
 
     fn grant(&mut self, requests: PlayerRequests) {
-        let PlayerRequests { kicks, emotes, clips, closes, abandons } = requests;
-        for (seat, outbox) in kicks {
+        let PlayerRequests { kicks, looks, emotes, clips, closes, abandons } = requests;
+        for (seat, scope, outbox) in kicks {
             if self.sessions.members.iter().any(|member| member.seat == seat && member.host) {
                 outbox.control(ServerMessage::Denied.encode());
             } else {
-                self.kick(seat);
+                self.kick(seat, scope);
             }
+        }
+        for (seat, wanted) in looks {
+            self.change_look(seat, wanted);
         }
         for (seat, emote) in emotes {
             self.show(seat, emote);
@@ -106,6 +117,16 @@ impl OpenRoom {
         }
         self.closed |= closes;
         self.abandoned |= abandons;
+    }
+
+    /// Gives a player another name and colour, unless the last change was a moment ago.
+    fn change_look(&mut self, seat: Seat, wanted: Appearance) {
+        if !self.looks.admit(seat, self.room.game().tick_count()) {
+            return self.host.metrics.ignored("look");
+        }
+        let appearance = self.unmistakable(wanted, Some(seat));
+        self.admission.renamed(seat, &appearance.name);
+        self.room.change_look(seat, &appearance);
     }
 
     /// Shows an emote to all clients, unless there have been too many.

@@ -3,6 +3,7 @@
 use super::open_room::OpenRoom;
 use crate::fleet::lease::RoomLease;
 use crate::guests::ProcessorShare;
+use crate::host::admission::KickScope;
 use crate::host::clock::TickClock;
 use crate::host::room_handle::{AdminCommand, Join, take_off};
 use crate::limits;
@@ -103,7 +104,9 @@ impl RoomService for Commands<'_> {
                 AdminCommand::Players(answer) => {
                     drop(answer.send(open.room.snapshot().players.clone()));
                 }
-                AdminCommand::Kick(seat, answer) => drop(answer.send(open.kick(seat))),
+                AdminCommand::Kick(seat, answer) => {
+                    let _ = answer.send(open.kick(seat, KickScope::Player));
+                }
                 AdminCommand::Evict(network) => open.evict(network),
                 AdminCommand::Close(answer) => {
                     open.closed = true;

@@ -1,12 +1,13 @@
 use super::*;
 use crate::fleet::lease::Lease;
+use crate::host::admission::KickScope;
 use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::outbox::{NextToSend, Outbox};
 use crate::host::peer_nodes::PeerNodes;
 use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
-use crate::host::seat_rates::EMOTE_TICKS;
+use crate::host::seat_rates::{EMOTE_TICKS, LOOK_TICKS};
 use crate::host::sessions::ConnectedMember;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::uplink::Uplink;
@@ -484,8 +485,80 @@ fn a_host_kicks_players_but_no_host() {
     assert_eq!(control_messages(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
     assert_eq!((open.room.players(), open.sessions.members.len()), (2, 2));
     assert_eq!(end_of(&people[2].1), Refusal::Kicked);
-    assert!(open.kick(Seat(1)), "operators may");
+    assert!(open.kick(Seat(1), KickScope::Player), "operators may");
     assert_eq!(end_of(&people[1].1), Refusal::Kicked);
+}
+
+#[test]
+fn a_player_changes_name_and_colour_but_not_all_the_time() {
+    let (ends, _outside) = room("looks", Duration::MAX);
+    let mut open = open(&ends).open;
+    let people = [(); 2].map(|()| {
+        let (join, inbox, outbox) = join();
+        open.seat(join, &mut None, Instant::now());
+        (inbox, outbox)
+    });
+    let looks = |open: &OpenRoom| {
+        let players = open.room.snapshot().players.iter();
+        players.map(|p| (p.appearance.name.to_string(), p.appearance.color)).collect::<Vec<_>>()
+    };
+    let ask = |open: &mut OpenRoom, name: &str, color| {
+        let appearance = Appearance { name: name.into(), color };
+        let asked = people[1].0.try_send(Some(ClientMessage::Look { appearance }));
+        asked.expect("a place");
+        open.empty_inboxes();
+        open.room.tick();
+        looks(open).swap_remove(1)
+    };
+    open.room.tick();
+    assert_eq!(looks(&open), [("Ann".into(), 0), ("Ann 2".into(), 1)]);
+    assert_eq!(ask(&mut open, "Bob", 5), ("Bob".into(), 5));
+    assert_eq!(ask(&mut open, "Cid", 6), ("Bob".into(), 5), "too soon");
+    for _ in 0..LOOK_TICKS {
+        open.room.tick();
+    }
+    // Neither the colour nor a name that looks the same can be taken from another player.
+    assert_eq!(ask(&mut open, "\u{410}nn", 0), ("Ann 2".into(), 1));
+    open.kick(Seat(1), KickScope::Player);
+    assert_eq!(end_of(&people[1].1), Refusal::Kicked);
+    let address = IpAddr::from([127, 0, 0, 1]);
+    assert!(open.admission.is_shut(address, "Ann", None, 200), "under the last name asked for");
+}
+
+#[test]
+fn bots_are_told_to_those_who_ask_when_they_change() {
+    let (mut ends, _outside) = room("bots", Duration::MAX);
+    let splash = Scene::built_in().into_iter().find(|scene| scene.name == "splash");
+    let splash = Arc::new(splash.expect("a shipped scene"));
+    ends.info = Arc::new(RoomInfo::new("bots", 1, false, None, &splash));
+    let mut open = open(&ends).open;
+    let people = [Some(1), None].map(|hosted| {
+        let (join, inbox, outbox) = join();
+        open.seat(Join { hosted, ..join }, &mut None, Instant::now());
+        (inbox, outbox)
+    });
+    let mut play = |asks: &[ClientMessage]| {
+        for message in asks {
+            people[0].0.try_send(Some(message.clone())).expect("a place");
+        }
+        open.empty_inboxes();
+        open.room.tick();
+        open.feed(Instant::now());
+        let told = |outbox: &Outbox| {
+            let messages = control_messages(outbox).into_iter();
+            let bots = messages.filter_map(|message| match message {
+                ServerMessage::Bots { seats } => Some(seats.len()),
+                _ => None,
+            });
+            bots.collect::<Vec<_>>()
+        };
+        assert!(told(&people[1].1).is_empty(), "who did not ask");
+        told(&people[0].1)
+    };
+    assert!(play(&[]).is_empty());
+    assert_eq!(play(&[ClientMessage::FollowBots, ClientMessage::FollowBots]), [2]);
+    assert!(play(&[]).is_empty());
+    assert_eq!(play(&[ClientMessage::Kick { seat: Seat(3) }]), [1]);
 }
 
 #[test]

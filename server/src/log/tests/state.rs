@@ -3,7 +3,7 @@
 use super::super::state_file::{StateFile, StateFiles};
 use super::super::writer::Readers;
 use super::super::*;
-use crate::host::admission::Admission;
+use crate::host::admission::{Admission, KickScope};
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use jostle_game::{Input, Scene};
@@ -209,11 +209,12 @@ fn a_kicked_player_stays_out_and_seats_keep_their_networks() {
     let ann = written.join("Ann");
     written.play(10);
     written.room.leave(ann.seat);
-    written.admission.kicked(ann.seat, std::iter::empty(), 10);
+    let claims = [Some(ann.serial), None];
+    written.admission.kicked(ann.seat, claims, KickScope::Player, 10);
     written.play(5);
     written.kill();
     let saved = saved(&dir);
-    assert!(saved.notes.admission.is_shut([10, 0, 0, 2].into(), "Ann", 20));
+    assert!(saved.notes.admission.is_shut([10, 0, 0, 3].into(), "Bob", Some(ann), 20));
     assert!(saved.notes.members.seats.is_empty());
 }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::page::address::PendingGame;
 use crate::page::event::{Pointer, PointerChange};
+use crate::page::panels::{dialogs, players};
 use crate::page::storage::Secret;
 use crate::view::frame::View;
 use crate::world::replica::News;
@@ -325,10 +326,10 @@ fn a_server_that_closes_is_announced_and_waited_for() {
 }
 
 #[test]
-fn a_kicked_player_is_notified_and_forgets_the_seat() {
+fn a_kicked_player_is_notified_and_known_by_the_seat_afterwards() {
     let mut browser = Browser::playing();
     let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::Kicked });
-    assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
+    assert!(!has(&done, "StoreSession"), "{done:?}");
     browser.wait(1000);
     assert_eq!(browser.app.state(), "refused");
     browser.click("notice");
@@ -473,10 +474,67 @@ fn a_host_confirms_before_a_player_is_removed() {
     assert!(browser.app.top() == Layer::Page && kicked(&browser));
     browser.say(clicked("kick", "99"));
     assert_eq!(browser.app.top(), Layer::Page, "no such player");
+    browser.say(clicked("kick", &seat.0.to_string()));
+    browser.click("ask-network");
+    browser.click("confirm");
+    assert_eq!(browser.sent.last(), Some(&ClientMessage::KickNetwork { seat }));
+}
+
+#[test]
+fn a_bot_is_removed_without_a_question() {
+    let mut browser = Browser::playing();
+    let seat = browser.app.screen.replica().expect("a room").room.seat;
+    assert!(browser.sent.contains(&ClientMessage::FollowBots));
+    browser.server_says(&ServerMessage::Bots { seats: vec![seat] });
+    browser.say(clicked("kick", &seat.0.to_string()));
+    assert!(browser.app.top() == Layer::Page && kicked(&browser));
+    let list = players::view(&browser.app);
+    let last = list.items_of("#players").and_then(|items| items.last()?.text_of(""));
+    assert_eq!(last, Some("0 players, 1 bot"));
 }
 
 fn kicked(browser: &Browser) -> bool {
     browser.sent.iter().any(|message| matches!(message, ClientMessage::Kick { .. }))
+}
+
+#[test]
+fn a_player_changes_name_and_colour_in_the_room() {
+    let mut browser = Browser::playing();
+    let asked = |browser: &Browser| {
+        let looks = browser.sent.iter().filter_map(|message| match message {
+            ClientMessage::Look { appearance } => Some(appearance.name.to_string()),
+            _ => None,
+        });
+        looks.collect::<Vec<_>>()
+    };
+    let own = players::view(&browser.app);
+    assert_eq!(own.items_of("#players").map(|items| items[0].name), Some("own-item"));
+    browser.click("rename");
+    assert_eq!(dialogs::view(&browser.app).focus, Some("#own-name"));
+    browser.say(Event::LookChosen("Bob".into(), 5));
+    // The room would drop changes that follow too soon, so only the last one is sent later.
+    browser.say(Event::LookChosen("Ci".into(), 5));
+    browser.say(Event::LookChosen("Cid".into(), 6));
+    assert_eq!(asked(&browser), ["Bob"]);
+    browser.wait(3000);
+    assert_eq!(asked(&browser), ["Bob", "Cid"]);
+    let look = browser.app.screen.replica().and_then(|replica| replica.room.own_look().cloned());
+    assert_eq!(look, Appearance::new("Cid", 6).ok());
+    assert_eq!(browser.app.visit.own_color, 6);
+    let renamed = |(_, news): &(usize, News)| matches!(news, News::Renamed(before, _) if &*before.name == "Ann");
+    assert!(browser.app.visit.news.lines.iter().any(renamed));
+    assert_eq!(browser.stored("jostle.name").as_deref(), Some("Cid"));
+    browser.say(Event::LookChosen("  ".into(), 6));
+    assert!(!browser.app.settings.note.is_empty(), "says what is wrong");
+    // The next hello has the new name.
+    browser.socket(SocketEvent::Closed { code: 1006 });
+    browser.wait(600);
+    browser.accept("arena");
+    let hello = browser.sent.iter().rev().find_map(|message| match message {
+        ClientMessage::Hello { appearance, .. } => Some(appearance.name.to_string()),
+        _ => None,
+    });
+    assert_eq!(hello.as_deref(), Some("Cid"));
 }
 
 #[test]
