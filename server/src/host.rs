@@ -15,6 +15,7 @@ pub mod rooms;
 pub mod seat_rates;
 pub mod sessions;
 pub mod socket_writer;
+pub mod successors;
 pub mod thread_time;
 pub mod ticker;
 pub mod token_signer;

@@ -6,6 +6,7 @@ use crate::host::Phase;
 use crate::host::peer_nodes::PeerNodes;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
+use crate::host::successors::Successors;
 use crate::host::token_signer::TokenSigner;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
@@ -138,6 +139,7 @@ impl ServerState {
             address_spectators_max: address_max,
             uplink: Uplink::new(config.uplink_megabits, Instant::now()),
             metrics: Arc::new(Metrics::default()),
+            successors: Successors::default(),
             signer,
             open: Mutex::default(),
         });

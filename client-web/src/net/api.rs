@@ -100,7 +100,11 @@ pub enum Request {
         /// Name of the scene.
         scene: String,
         private: bool,
+        /// Host key of the room that the player closed before, whose players are led to the new one.
+        after: Option<String>,
     },
+    /// Asks for the room that the host of a closed room has opened since, given the player's token there.
+    Next(String),
     /// Opens a private room with a scene given as text.
     OpenGuest(String),
 }
@@ -122,6 +126,7 @@ impl Request {
             Request::Records => ("GET", "/api/records"),
             Request::Run(_) => ("POST", "/api/records"),
             Request::Open { .. } => ("POST", "/api/rooms"),
+            Request::Next(_) => ("POST", "/api/next"),
             Request::OpenGuest(_) => ("POST", "/api/guest-rooms"),
         }
     }
@@ -129,8 +134,15 @@ impl Request {
     /// The body and its media type, if the request has one. Scene names contain nothing that JSON would escape.
     pub fn body(&self) -> Option<(Vec<u8>, &'static str)> {
         match self {
-            Request::Open { scene, private } => {
-                let json = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
+            Request::Open { scene, private, after } => {
+                let mut json = format!(r#"{{"scene":"{scene}","private":{private}"#);
+                if let Some(key) = after {
+                    json.extend([r#","after":""#, key.as_str(), "\""]);
+                }
+                Some(((json + "}").into_bytes(), "application/json"))
+            }
+            Request::Next(token) => {
+                let json = [r#"{"token":""#, token.as_str(), r#""}"#].concat();
                 Some((json.into_bytes(), "application/json"))
             }
             Request::OpenGuest(text) => Some((text.clone().into_bytes(), "application/toml")),
@@ -276,10 +288,15 @@ mod tests {
 
     #[test]
     fn a_request_for_a_room_is_json() {
-        let body = Request::Open { scene: "arena".to_owned(), private: true }.body();
-        let body = String::from_utf8(body.expect("a body").0).expect("text");
-        let body: serde_json::Value = parse(&body).expect("valid");
-        assert_eq!(body, serde_json::json!({ "scene": "arena", "private": true }));
+        let json = |request: &Request| -> serde_json::Value {
+            let body = String::from_utf8(request.body().expect("a body").0).expect("text");
+            parse(&body).expect("valid")
+        };
+        let open = |after| Request::Open { scene: "arena".to_owned(), private: true, after };
+        assert_eq!(json(&open(None)), serde_json::json!({ "scene": "arena", "private": true }));
+        let after = json(&open(Some("0f".to_owned())));
+        assert_eq!(after["after"], "0f");
+        assert_eq!(json(&Request::Next("0a".to_owned())), serde_json::json!({ "token": "0a" }));
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod screens;
 
 use crate::editor::words;
 use crate::language::say;
-use crate::net::api::{Request, query_value};
+use crate::net::api::{self, Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::address::{PlayOptions, Site};
 use crate::page::context::Context;
@@ -27,6 +27,7 @@ use crate::page::strings;
 use crate::sound::task::SoundEvent;
 use crate::world::replica::{News, Replica};
 use jostle_game::Scene;
+use jostle_protocol::web::Posted;
 use jostle_protocol::{Appearance, limits};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -374,7 +375,12 @@ impl App {
         if let (Request::Rooms, Some(_), Screen::Game(game)) = (request, answer, &mut self.screen) {
             game.connection.answered();
         }
-        if let Request::OpenGuest(text) = request {
+        if let Request::Next(_) = request {
+            let next = answer.and_then(api::parse::<Posted>).and_then(|next| next.code);
+            if let (Some(code), Screen::Game(game)) = (next, &mut self.screen) {
+                game.connection.offer_next(code);
+            }
+        } else if let Request::OpenGuest(text) = request {
             self.take_guest_room(text, answer);
         } else if !self.records.take(&mut self.ctx, request, answer) {
             let code = self.lobby.take(&mut self.ctx, request, answer);

@@ -9,6 +9,8 @@ pub enum CardAction {
     /// Returns to the lobby.
     Lobby,
     Watch,
+    /// Follows the host to the next room.
+    Follow,
     Again,
     Reload,
     Play,

@@ -18,6 +18,8 @@ pub struct Context {
     /// The clock, for work with a time limit.
     pub clock: fn() -> f64,
     pub storage: Storage,
+    /// Host key of the room that the player closed last, if none was opened since.
+    pub closed: Option<String>,
     rng: Rng,
     last_number: u32,
 }
@@ -32,6 +34,7 @@ impl Context {
             site,
             clock: || 0.0,
             storage,
+            closed: None,
             rng: Rng::new(seed, 0),
             last_number: 0,
         }

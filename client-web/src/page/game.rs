@@ -172,7 +172,10 @@ impl GameScreen {
     pub fn update(&mut self, ctx: &mut Context, event: Event) {
         let was_lost = self.connection.status.state == State::Reconnecting;
         match event {
-            Event::Pulse { .. } => {
+            Event::Pulse { hidden } => {
+                if !hidden {
+                    self.connection.look_for_next(ctx);
+                }
                 if let Some(membership) = &self.membership {
                     self.connection.plot(membership.clock.delay_ticks() * TICK_MS);
                 }

@@ -108,7 +108,8 @@ impl Lobby {
         }
         self.busy = true;
         self.say(strings::STARTING, false);
-        ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
+        let (scene, after) = (scene.to_owned(), ctx.closed.clone());
+        ctx.request(Effect::Request(Request::Open { scene, private, after }));
     }
 
     /// Handles an answer from the server. Returns the code of the room to enter, if any.
@@ -140,7 +141,7 @@ impl Lobby {
                     self.replays = replays;
                 }
             }
-            Request::Records | Request::Run(_) => {}
+            Request::Records | Request::Run(_) | Request::Next(_) => {}
             Request::Open { .. } => {
                 return self.opened(ctx, answer);
             }
@@ -170,6 +171,7 @@ pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<
     let opened = parse(answer).unwrap_or_default();
     if let Posted { code: Some(code), host_key: Some(host_key), .. } = opened {
         ctx.storage.set_secret(Secret::Host, &code, Token::parse(&host_key));
+        ctx.closed = None;
         return Ok(code);
     }
     Err(Box::new(opened))

@@ -91,7 +91,13 @@ pub const BACK_SOON: Card = passing(card(
 /// Shown after the player, as host, closed the room.
 pub const CLOSED_BY_YOU: Card = card(
     "Room closed",
-    "Everyone has been sent out, and the link no longer works.",
+    "Everyone has been sent out, and the link no longer works. Open another room, and they can follow you.",
+    "See the rooms",
+    CardAction::Lobby,
+);
+/// Shown when the host who closed the room has opened another one.
+pub const NEXT_ROOM: Card = card_or(
+    card("On we go", "The host has opened another room.", "Join in", CardAction::Follow),
     "See the rooms",
     CardAction::Lobby,
 );

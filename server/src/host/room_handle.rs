@@ -5,6 +5,7 @@ use crate::host::Phase;
 use crate::host::inbox::Inbox;
 use crate::host::outbox::{Outbox, SendQueue};
 use crate::host::peer_nodes::PeerNodes;
+use crate::host::successors::Successors;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
 use crate::limits::Timeouts;
 use crate::limits::uplink::Uplink;
@@ -176,6 +177,8 @@ pub struct Host {
     /// Budgets for the bytes sent to sessions.
     pub uplink: Arc<Uplink>,
     pub metrics: Arc<Metrics>,
+    /// Where the players of closed rooms are led.
+    pub successors: Successors,
     /// Signs and verifies tokens.
     pub signer: TokenSigner,
     /// The handles of all open rooms, by code.

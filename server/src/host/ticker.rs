@@ -66,6 +66,11 @@ pub fn run(ends: &Ends, origin: RoomOrigin, clock: &mut impl TickClock) {
             RoomEnd::Failed
         }
     };
+    if let (RoomEnd::Closed, Some(ticker)) = (end, &ticker) {
+        let members = ticker.open.room.saved_members();
+        let claims = members.seats.iter().map(|seat| seat.serial).collect();
+        ends.host.successors.note_closed(ends.info.number, claims, clock.now());
+    }
     let refusal = match end {
         RoomEnd::Closed => Some(Refusal::RoomClosed),
         RoomEnd::TooCostly => Some(Refusal::TooCostly),

@@ -157,6 +157,8 @@ async fn route(
             guests::create_room(request, address, state).await
         }
         "/api/guest-rooms" => not_allowed(&path),
+        "/api/next" if *request.method() == Method::POST => api::next_room(request, state).await,
+        "/api/next" => not_allowed(&path),
         "/api/records" if *request.method() == Method::POST => {
             records::submit(request, address, state).await
         }
@@ -245,7 +247,7 @@ fn too_many() -> Answer {
 fn not_allowed(path: &str) -> Answer {
     let allowed = match path {
         "/api/rooms" | "/api/records" => "GET, HEAD, POST",
-        "/api/guest-rooms" => "POST",
+        "/api/guest-rooms" | "/api/next" => "POST",
         _ if path.starts_with("/api/stream/") || path.starts_with("/api/send/") => "POST",
         _ => "GET, HEAD",
     };

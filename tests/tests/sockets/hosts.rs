@@ -91,6 +91,16 @@ async fn a_host_closes_the_room_for_everyone() {
     let mut late = Client::connect(server.address, &code).await;
     late.is_refused(Refusal::NoSuchRoom).await;
     ann.keeps_playing().await;
+    // The next room of the host is told to those who were in the closed one.
+    let next = async |token: Token| {
+        let body = format!(r#"{{"token":"{}"}}"#, token.text());
+        post(server.address, "/api/next", &body).await.json()["code"].as_str().map(str::to_owned)
+    };
+    assert_eq!(next(guest.token).await, None);
+    let after = format!(r#"{{"scene":"pile","private":true,"after":"{}"}}"#, key.text());
+    let (code, _) = open(server.address, &after).await;
+    assert_eq!(next(guest.token).await, Some(code));
+    assert_eq!(next(ann.token).await, None, "of another room");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

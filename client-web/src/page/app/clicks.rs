@@ -82,6 +82,10 @@ impl App {
         match action {
             Some(CardAction::Lobby) => self.go(self.ctx.site.home().to_owned(), ""),
             Some(CardAction::Play) => self.go(format!("/{}", api::FIRST_SCENE), ""),
+            Some(CardAction::Follow) => {
+                let next = self.screen.game().and_then(|game| game.connection.status.next.clone());
+                self.enter(next);
+            }
             Some(CardAction::Watch) => {
                 if let Some(game) = self.screen.game() {
                     self.go(format!("/{}", game.connection.code), WATCH);

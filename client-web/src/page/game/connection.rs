@@ -28,6 +28,8 @@ const ATTEMPTS_BLOCKED: u32 = 3;
 const PING_MS: f64 = 1000.0;
 /// Interval between changes of the name or colour, milliseconds; a room drops those that come sooner than 2 s.
 const LOOK_MS: f64 = 2500.0;
+/// Interval between questions for the next room of a host, milliseconds.
+const NEXT_MS: f64 = 3000.0;
 /// Close code for a broken connection (RFC 6455).
 const BROKEN: u16 = 1006;
 /// The number of pulses in the connection plots.
@@ -164,6 +166,7 @@ impl Connection {
         if refusal == Refusal::BadToken {
             return self.join_again(ctx);
         }
+        self.note_closed(ctx, refusal);
         self.forget(ctx, refusal);
         let known_room = self.status.joined_ms.is_some();
         let notice = match refusal {
@@ -203,6 +206,37 @@ impl Connection {
             (self.status.state, self.status.moved_ms) = (State::Moving, now_ms);
         }
         self.status.closing_ms = None;
+    }
+
+    /// Prepares for the next room of the host who closed this one: the host opens it, others wait for it.
+    fn note_closed(&mut self, ctx: &mut Context, refusal: Refusal) {
+        if refusal != Refusal::RoomClosed {
+            return;
+        }
+        let kind = if self.status.closes { Secret::Host } else { Secret::Seat };
+        let secret = ctx.storage.secret(kind, &self.code).map(|token| token.text());
+        match self.status.closes {
+            true => ctx.closed = secret,
+            false => self.status.awaits = secret.map(|secret| (secret, ctx.now_ms)),
+        }
+    }
+
+    /// Asks now and then whether the host has opened another room.
+    pub fn look_for_next(&mut self, ctx: &mut Context) {
+        if let Some((token, asked_ms)) = &mut self.status.awaits
+            && ctx.now_ms - *asked_ms >= NEXT_MS
+        {
+            *asked_ms = ctx.now_ms;
+            ctx.request(Effect::Request(Request::Next(token.clone())));
+        }
+    }
+
+    /// Offers to follow the host to this room.
+    pub fn offer_next(&mut self, code: String) {
+        if self.status.awaits.take().is_some() {
+            self.status.notice = Some(strings::NEXT_ROOM);
+            self.status.next = Some(code);
+        }
     }
 
     /// Removes stored secrets that a refusal makes invalid.
@@ -530,6 +564,10 @@ pub struct Status {
     pub host: bool,
     /// Whether the player closed the room.
     pub closes: bool,
+    /// The player's secret in a room that its host closed, and when the page last asked for the next room.
+    pub awaits: Option<(String, f64)>,
+    /// Code of the room that the host opened next.
+    pub next: Option<String>,
     /// The time at which the room last denied a request that only a host may make.
     pub denied_ms: Option<f64>,
     /// The time and result of the last clip request: the clip's name, empty for a local file, or a sentence that

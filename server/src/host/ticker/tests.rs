@@ -9,6 +9,7 @@ use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
 use crate::host::seat_rates::{EMOTE_TICKS, LOOK_TICKS};
 use crate::host::sessions::ConnectedMember;
+use crate::host::successors::Successors;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::uplink::Uplink;
 use crate::limits::{self, Timeouts};
@@ -52,6 +53,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ends, Outside) {
             address_spectators_max: limits::SPECTATORS_MAX / 2,
             uplink: Uplink::new(limits::UPLINK_MEGABITS, Instant::now()),
             metrics: Arc::default(),
+            successors: Successors::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
         })

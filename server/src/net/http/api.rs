@@ -10,6 +10,7 @@ use crate::host::random;
 use crate::host::room_handle::RoomInfo;
 use crate::host::room_shares::RoomShares;
 use crate::host::rooms::{CreateError, Created};
+use crate::host::token_signer::SeatClaim;
 use crate::limits;
 use crate::limits::networks::network;
 use crate::net::assets;
@@ -18,6 +19,7 @@ use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
+use jostle_protocol::Token;
 use jostle_protocol::web::{Posted, ROOMS_LISTED_MAX, RoomCard, Rooms, SceneCard, Scenes};
 use percent_encoding::percent_decode_str;
 use serde::Deserialize;
@@ -25,6 +27,7 @@ use std::cmp::Reverse;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// The answer to `GET /api/scenes`.
 pub fn scenes(state: &ServerState) -> Scenes {
@@ -104,6 +107,16 @@ struct Create {
     /// Whether the room is unlisted.
     #[serde(default)]
     private: bool,
+    /// Key of the room that the host closed before; its players are led to the new one.
+    after: Option<String>,
+}
+
+/// A question for the room that the host of a closed room has opened since.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Next {
+    /// The player's token in the closed room.
+    token: String,
 }
 
 /// Creates a room and answers with its code and host key.
@@ -130,9 +143,33 @@ pub async fn create_room(
         Some(fleet) => create_in_fleet(&create, address, fleet, state).await,
     };
     match created {
-        Ok(room) => self::created(&room),
+        Ok(room) => {
+            let key = create.after.as_deref().and_then(Token::parse);
+            let closed = key.and_then(|key| state.host.signer.hosted(&key));
+            if let Some(number) = closed {
+                state.host.successors.lead(number, &room.code, Instant::now());
+            }
+            self::created(&room)
+        }
         Err(error) => no_room(&error, address, state),
     }
+}
+
+/// Answers with the code of the room that the host of a closed room has opened since, if there is one and the player was
+/// in the closed room.
+pub async fn next_room(request: Request<Incoming>, state: &ServerState) -> Answer {
+    let body = match read::body(request, limits::HTTP_BODY_BYTES_MAX, &state.host).await {
+        Ok(body) => body,
+        Err(error) => return error.answer(limits::HTTP_BODY_BYTES_MAX),
+    };
+    let Ok(Next { token }) = serde_json::from_slice(&body) else {
+        return failed(StatusCode::BAD_REQUEST, "the body must be {\"token\":\"DIGITS\"}");
+    };
+    let claim = Token::parse(&token).and_then(|token| state.host.signer.seat_claim(&token));
+    let code = claim.and_then(|SeatClaim { room, claim }| {
+        state.host.successors.next(room, claim.serial, Instant::now())
+    });
+    json(StatusCode::OK, &Posted { code, ..Posted::default() })
 }
 
 /// The response when a new room has been opened.

@@ -553,6 +553,37 @@ fn a_host_who_closes_the_room_sees_a_notice_of_their_own() {
 }
 
 #[test]
+fn the_players_of_a_closed_room_can_follow_its_host() {
+    let key = Token([9; limits::TOKEN_BYTES]);
+    let close = |browser: &mut Browser| {
+        browser.app.ctx.storage.set_secret(Secret::Host, "arena", Some(key));
+        browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Some(key));
+        browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomClosed });
+    };
+    let mut host = Browser::playing();
+    host.click("close-room");
+    host.click("confirm");
+    close(&mut host);
+    host.wait(4000);
+    host.click("notice");
+    let asked = host.say(Event::SceneClicked("pile".into(), form("Ann")));
+    assert!(has(&asked, &format!("after: Some({:?})", key.text())), "{asked:?}");
+    let next = Request::Next(key.text());
+    assert!(!host.effects.contains(&Effect::Request(next.clone())), "the host knows");
+
+    let mut guest = Browser::playing();
+    close(&mut guest);
+    guest.wait(4000);
+    assert!(guest.effects.contains(&Effect::Request(next.clone())));
+    guest.say(Event::Answered(next.clone(), Some("{}".into())));
+    assert_eq!(guest.title(), "Room closed");
+    guest.say(Event::Answered(next, Some(r#"{"code":"oak"}"#.into())));
+    assert_eq!(guest.title(), strings::NEXT_ROOM.title);
+    let entered = guest.click("notice");
+    assert!(has(&entered, "Connect { path: \"/oak\""), "{entered:?}");
+}
+
+#[test]
 fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     let mut browser = Browser::playing();
     assert!(has(&browser.say(Event::ContextLost), "DropGraphics"));

@@ -33,7 +33,7 @@ fn play_joins_the_liveliest_room_or_opens_one() {
     let again = browser.say(Event::PlayClicked(form("Bea")));
     assert!(!has(&again, "Open {"), "one room is enough");
     let opened = r#"{"code":"xyz","host_key":"000102030405060708090a0b0c0d0e0f"}"#;
-    let request = Request::Open { scene: "splash".into(), private: false };
+    let request = Request::Open { scene: "splash".into(), private: false, after: None };
     let entered = browser.say(Event::Answered(request, Some(opened.into())));
     assert!(has(&entered, "Connect { path: \"/xyz\""), "{entered:?}");
     assert_eq!((browser.address.as_str(), browser.app.state()), ("/xyz", "connecting"));
@@ -77,7 +77,7 @@ fn a_name_that_cannot_be_used_is_explained_and_joins_nothing() {
 fn a_server_that_refuses_a_room_says_why_in_the_lobby() {
     let mut browser = Browser::open("/", "");
     browser.say(Event::SceneClicked("pile".into(), form("Bea")));
-    let request = Request::Open { scene: "pile".into(), private: false };
+    let request = Request::Open { scene: "pile".into(), private: false, after: None };
     browser.say(Event::Answered(request.clone(), Some(r#"{"error":"full"}"#.into())));
     assert_eq!((browser.app.lobby.note.text.as_str(), browser.app.lobby.busy), ("full", false));
     browser.say(Event::Answered(request, None));
