@@ -133,7 +133,7 @@ pub fn prove(
     check_outline(replay, scene)?;
     let mut playback = Playback::new(Arc::clone(replay))?;
     let mut keyframes = replay.keyframe_ticks().peekable();
-    let mut watch = Watch { measure, round: None, begin: None, best: None };
+    let mut watch = Watch { measure, round: None, begin: None, won: None, best: None };
     while let Some(played) = playback.step()? {
         if !played.agrees {
             return Err(Unproven::Differs(played.tick));
@@ -195,6 +195,8 @@ struct Watch {
     round: Option<RoundInfo>,
     /// Number of ticks before the current round.
     begin: Option<u32>,
+    /// The winners of the current round, the tick that decided it and the hash after that, while it goes on for others.
+    won: Option<(Vec<Side>, u32, u64)>,
     best: Option<Run>,
 }
 
@@ -203,11 +205,21 @@ impl Watch {
         playback.game().capture_round(&mut self.round);
         let Some(round) = &self.round else { return };
         match round.phase {
-            RoundPhase::Running => self.begin = Some(round.since),
+            RoundPhase::Running => {
+                self.begin = Some(round.since);
+                self.won.take_if(|won| won.0 != round.winners);
+                if self.won.is_none() && !round.winners.is_empty() {
+                    let (tick, hash) = (playback.tick(), playback.game().hash());
+                    self.won = Some((round.winners.clone(), tick, hash));
+                }
+            }
             RoundPhase::Waiting | RoundPhase::Countdown => self.begin = None,
             RoundPhase::Over => {
+                let won = self.won.take().filter(|won| won.0 == round.winners);
+                let end = || (playback.tick(), playback.game().hash());
+                let end = won.map_or_else(end, |(_, tick, hash)| (tick, hash));
                 let begin = self.begin.take();
-                let run = begin.and_then(|begin| result(self.measure, begin, round, playback));
+                let run = begin.and_then(|begin| result(self.measure, begin, end, round, playback));
                 let is_better =
                     |run: &Run| self.best.as_ref().is_none_or(|best| run.rank() < best.rank());
                 if let Some(run) = run.filter(is_better) {
@@ -225,14 +237,19 @@ fn is_finished(measure: Measure, spec: &RoundSpec, ticks: u32, points: i32) -> b
 }
 
 /// The run for a finished round, if a side won it.
-fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) -> Option<Run> {
+fn result(
+    measure: Measure,
+    begin: u32,
+    (end, hash): (u32, u64),
+    round: &RoundInfo,
+    playback: &Playback,
+) -> Option<Run> {
     let points = round.winners.iter().filter_map(|&side| Some(round.side(side)?.score)).max()?;
     let won = |side: &Side| round.winners.contains(side);
     let seats = round.players.iter().map(|player| player.seat);
     let winners = seats.filter(|&seat| won(&round.side_of(seat)));
     let look = |seat: Seat| Some((seat, playback.moment().members.get(&seat.0)?.clone()));
     let players: Vec<(Seat, Appearance)> = winners.filter_map(look).collect();
-    let (end, hash) = (playback.tick(), playback.game().hash());
     let spec = playback.game().scene().rules.round.as_ref()?;
     if !is_finished(measure, spec, end - begin, points) {
         return None;

@@ -32,8 +32,10 @@ pub(crate) struct Rules {
     /// State of the sling, if the scene has one.
     pub(super) sling: Option<Sling>,
     pub(super) breakage: Breakage,
-    /// Winners of the round that is over.
+    /// Winners of the round that is over, or in which the others are still on their way to the goal.
     pub winners: Vec<Side>,
+    /// Ticks of the round when it was won, in a round that goes on after that; 0 before.
+    pub(super) won_at: u32,
     /// Generator that places the layouts.
     pub(super) layouts: Rng,
     /// Scratch memory for a tick.
@@ -58,6 +60,7 @@ impl Rules {
             sling: Sling::at_start(scene),
             breakage: Breakage { is_on: scene.has_breakables(), ..Breakage::default() },
             winners: Vec::new(),
+            won_at: 0,
             layouts,
             claims: Claims::default(),
         };
@@ -135,11 +138,21 @@ impl Rules {
     /// Ends the round if something decides it, and eliminates the sides that lost their last life.
     fn judge(&mut self, table: &mut RuleContext) {
         let Some(spec) = &table.scene.rules.round else { return };
-        let winners = self.claims.winners(spec, self.round.ticks, &self.teams, table.roster);
-        if let Some(winners) = winners {
-            self.reward_spare_shots(&winners, table);
-            self.winners = winners;
-            self.round.enter(RoundPhase::Over, 0);
+        let ticks = self.round.ticks;
+        // Winners who left cannot win.
+        self.winners.retain(|&side| self.teams.playing(table.roster).any(|(it, _)| it == side));
+        match self.claims.winners(spec, ticks, &self.teams, table.roster) {
+            Some(winners) => {
+                if self.winners.is_empty() {
+                    self.reward_spare_shots(&winners, table);
+                    (self.winners, self.won_at) = (winners, ticks);
+                }
+                if !self.claims.goes_on(spec, ticks, self.won_at) {
+                    self.won_at = 0;
+                    self.round.enter(RoundPhase::Over, 0);
+                }
+            }
+            None => self.won_at = 0,
         }
         if spec.lives.is_some() {
             self.teams.all(table.roster).for_each(|side| side.out |= side.lives == 0);
@@ -230,6 +243,9 @@ impl Rules {
     pub fn forget(&mut self, seat: Seat) {
         self.zones.forget(Side::Player(seat));
         self.signals.forget(Side::Player(seat));
+        if self.round.is_running() {
+            self.winners.retain(|&side| side != Side::Player(seat));
+        }
     }
 
     /// Removes everything except the players, and places everything anew as at the start of a game.
@@ -238,6 +254,7 @@ impl Rules {
         self.round.enter(phase, 1);
         self.round.clock = 1;
         self.winners.clear();
+        self.won_at = 0;
         self.teams.count_in(scene, roster);
         self.settle(scene);
         roster.players.iter_mut().for_each(|player| player.begin_round());

@@ -79,9 +79,12 @@ impl Rules {
         if score == 0 && life == 0 && end.is_none() {
             return;
         }
+        let round = table.scene.rules.round.as_ref();
         for side in self.concerned(rule.to, occurrence, table) {
             let Some(standing) = self.teams.standing(side, table.roster) else { continue };
-            standing.add_score(score);
+            if !round.is_some_and(|round| round.is_finished(standing.score)) {
+                standing.add_score(score);
+            }
             standing.add_lives(life);
             match end {
                 Some(true) => self.claims.won.push(side),

@@ -20,7 +20,7 @@ pub struct RoundInfo {
     pub teams: Vec<SideInfo>,
     /// The players, in seat order.
     pub players: Vec<RoundPlayer>,
-    /// The winners, once the round is over.
+    /// The winners, once the round is won, which may be before it is over.
     pub winners: Vec<Side>,
     /// Holder of each zone, in file order.
     pub holders: Vec<Option<Side>>,

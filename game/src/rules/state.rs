@@ -30,7 +30,7 @@ impl Rules {
         roster: &Roster,
         io: &mut Io,
     ) -> (Rules, Vec<Player>) {
-        let mut rules = self.round_state(io);
+        let mut rules = self.round_state(scene, io);
         let count = self.teams.standings.len();
         rules.zones.states = io.each(&self.zones.states, |io, index, zone| {
             io.subject(Subject::Numbered("zone", index));
@@ -58,7 +58,7 @@ impl Rules {
         (rules, players)
     }
 
-    fn round_state(&self, io: &mut impl StateIo) -> Rules {
+    fn round_state(&self, scene: &Scene, io: &mut impl StateIo) -> Rules {
         io.subject(Subject::One("round"));
         let phase = io.byte("phase of the round", self.round.phase as u8);
         let phase = io.checked("phase of the round", self.round.phase, || {
@@ -83,6 +83,9 @@ impl Rules {
             let side = side_state(Some(it), count, io);
             io.checked("winner", it, || side)
         });
+        let goes_on = scene.rules.round.as_ref().is_some_and(|round| round.finish.is_some());
+        let won_at = if goes_on { io.word("ticks to the win", self.won_at) } else { 0 };
+        io.check("ticks to the win", || won_at <= ticks);
         let presence =
             io.each(self.notes.came.iter().zip(&self.notes.stood), |io, _, (&came, &stood)| {
                 let [came] = io.flags("presence", [came]);
@@ -106,6 +109,7 @@ impl Rules {
             sling,
             breakage: Breakage { is_on: self.breakage.is_on, ..Breakage::default() },
             winners,
+            won_at,
             layouts,
             claims: Claims::default(),
         }

@@ -112,6 +112,17 @@ impl Claims {
             .or_else(|| by_time(spec, &self.standings, ticks))
     }
 
+    /// Whether a round that was won after `won_at` ticks goes on, because sides are still on their way to the goal and
+    /// have time left. Uses the standings of the latest call of [`Claims::winners`].
+    pub fn goes_on(&self, spec: &RoundSpec, ticks: u32, won_at: u32) -> bool {
+        let has_time = spec.finish.is_some_and(|finish| ticks - won_at < finish)
+            && spec.time.is_none_or(|time| ticks < time);
+        let is_home = |(_, standing): &(Side, SideState)| spec.is_finished(standing.score);
+        let home = self.standings.iter().filter(|side| is_home(side)).count();
+        let is_claimed = !self.won.is_empty() || !self.lost.is_empty();
+        has_time && !is_claimed && (1..self.standings.len()).contains(&home)
+    }
+
     /// Decides by claims. A win takes precedence over a loss, and if a side lost, the others won.
     fn by_claims(&mut self, spec: &RoundSpec) -> Option<Vec<Side>> {
         let Claims { won, lost, standings } = self;

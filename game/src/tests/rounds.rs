@@ -339,3 +339,88 @@ fn what_left_before_a_countdown_is_reported_once() {
     }
     assert!(joined_then, "the ball left in one of these ticks");
 }
+
+/// A dash to the right, after whose first player the others have this many seconds.
+fn dash(players: u16, finish: u32) -> Game {
+    let post = "[[zones]]\nname = \"post\"\narea = [[300, 0], [400, 200]]\n\
+                [[rules]]\nenter = \"post\"\nscore = 1\n";
+    let text =
+        format!("{ROUND}{post}").replace("goal = 5", &format!("goal = 1\nfinish = {finish}"));
+    let mut game = game_of(&text);
+    (0..players).for_each(|seat| game.join(Seat(seat)));
+    game
+}
+
+fn score(game: &Game, seat: u16) -> Option<i32> {
+    game.round()?.side(Side::Player(Seat(seat))).map(|side| side.score)
+}
+
+/// Flies these players to the right until `is_there`.
+fn dash_until(game: &mut Game, seats: &[u16], is_there: impl Fn(&Game) -> bool) {
+    let right = input(&[Buttons::RIGHT], None);
+    let inputs: Vec<_> = seats.iter().map(|&seat| (Seat(seat), right)).collect();
+    while !is_there(game) {
+        game.tick(&inputs);
+        assert!(game.tick_count() < 1800, "it ends");
+    }
+}
+
+#[test]
+fn a_round_with_a_finish_goes_on_until_all_are_there() {
+    let mut game = dash(3, 30);
+    dash_until(&mut game, &[2], |game| score(game, 2) == Some(1));
+    let first = [Side::Player(Seat(2))];
+    let round = game.round().expect("a round");
+    assert_eq!((round.phase, &round.winners[..]), (RoundPhase::Running, &first[..]));
+    let copy = Game::restore(Arc::clone(game.scene()), &game.save()).expect("what it saved");
+    assert_eq!(game.first_difference(&copy), None);
+    // The winner gets nothing more for entering once more.
+    for _ in 0..40 {
+        game.tick(&[(Seat(2), input(&[Buttons::LEFT], None))]);
+    }
+    let mut games = [game, copy];
+    for _ in 0..40 {
+        games[1].tick(&[(Seat(2), input(&[Buttons::LEFT], None))]);
+    }
+    for game in &mut games {
+        dash_until(game, &[0, 1, 2], |game| phase(game) == RoundPhase::Over);
+        let round = game.round().expect("a round");
+        assert_eq!(round.winners, first);
+        assert_eq!([0, 1, 2].map(|seat| score(game, seat)), [Some(1); 3]);
+    }
+    assert_eq!(games[0].first_difference(&games[1]), None);
+}
+
+#[test]
+fn a_finish_ends_when_its_time_is_up_and_with_a_single_player_at_once() {
+    let mut game = dash(2, 3);
+    dash_until(&mut game, &[0], |game| score(game, 0) == Some(1));
+    let won = game.tick_count();
+    dash_until(&mut game, &[0], |game| phase(game) == RoundPhase::Over);
+    assert_eq!(game.tick_count() - won, 180);
+    let mut alone = dash(1, 3);
+    dash_until(&mut alone, &[0], |game| score(game, 0) == Some(1));
+    assert_eq!(phase(&alone), RoundPhase::Over);
+}
+
+#[test]
+fn a_winner_who_leaves_before_the_others_finish_has_not_won() {
+    let mut game = dash(3, 3);
+    dash_until(&mut game, &[0], |game| score(game, 0) == Some(1));
+    game.leave(Seat(0));
+    game.join(Seat(0));
+    idle(&mut game, 200);
+    let round = game.round().expect("a round");
+    assert_eq!((round.phase, round.winners), (RoundPhase::Running, Vec::new()));
+    dash_until(&mut game, &[1], |game| score(game, 1) == Some(1));
+    idle(&mut game, 180);
+    let round = game.round().expect("a round");
+    assert_eq!((round.phase, round.winners), (RoundPhase::Over, vec![Side::Player(Seat(1))]));
+}
+
+#[test]
+fn a_finish_needs_a_goal() {
+    let text = ROUND.replace("goal = 5", "finish = 3");
+    let error = Scene::parse("test.toml", &text).expect_err("no goal").to_string();
+    assert!(error.contains("round.finish"), "{error}");
+}

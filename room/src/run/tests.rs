@@ -226,3 +226,27 @@ fn a_game_of_more_players_than_a_room_takes_is_no_run() {
     let small = Scene { players_max: 1, ..Scene::clone(&scene(DASH)) };
     assert_eq!(prove(&replay(&whole), &small, || true), Err(Unproven::TooMany(2)));
 }
+
+#[test]
+fn a_run_ends_with_its_goal_even_if_the_round_goes_on() {
+    let text = DASH.replace("goal = 1", "goal = 1\nfinish = 5");
+    let mut plain = Room::new("alone", scene(DASH), 7);
+    let mut waits = Room::new("alone", scene(&text), 7);
+    let mut runs = Vec::new();
+    for (room, text) in [(&mut plain, DASH), (&mut waits, &text)] {
+        room.record("test", 1000);
+        let look = |name| Appearance::new(name, 3).expect("a name");
+        let ann = room.join(look("Ann"), None).expect("a seat").claim.seat;
+        room.join(look("Bob"), None).expect("a seat");
+        let mut records = Vec::new();
+        for seq in 1..=900 {
+            room.input(ann, seq, Input::new(Buttons::RIGHT, None));
+            room.tick();
+            records.extend(room.take_records());
+        }
+        records.extend(room.recording_end());
+        runs.push(prove(&replay(&records), &scene(text), || true).expect("a run"));
+    }
+    assert_eq!((runs[0].begin, runs[0].end), (runs[1].begin, runs[1].end));
+    assert_eq!(runs[0].players, runs[1].players);
+}

@@ -21,6 +21,9 @@ pub struct RoundSpec {
     pub at_time: AtTime,
     /// The first side to reach this many points wins. Label: First to.
     pub goal: Option<i32>,
+    /// The time that the others have to reach the goal after the first side, which has won. They get no more points once
+    /// they are there. Default: the round ends with the first.
+    pub finish: Option<u32>,
     /// Number of lives of each side. A side that has lost them all is out: it gets no more points or lives, it cannot
     /// win, and its heroes do not come back. Of two or more sides, the last one left wins; a side that plays alone
     /// loses. Label: Lives.
@@ -40,6 +43,13 @@ pub struct RoundSpec {
     pub new_layouts: bool,
     /// Number of seats that the server's own players take until people join. Label: Bots.
     pub fill: u16,
+}
+
+impl RoundSpec {
+    /// Whether a side with this score has finished, while others may still be on their way.
+    pub fn is_finished(&self, score: i32) -> bool {
+        self.finish.is_some() && self.goal.is_some_and(|goal| score >= goal)
+    }
 }
 
 /// Outcome of a round when its time is up.
@@ -83,12 +93,14 @@ const LANES: [(&str, LaneAxis); 2] = [("x", LaneAxis::X), ("y", LaneAxis::Y)];
 /// Reads `[round]`.
 pub(super) fn round(table: &Table) -> RoundSpec {
     let at_time = [("score", AtTime::Score), ("lose", AtTime::Lose), ("win", AtTime::Win)];
+    let goal = table.get("goal");
     let task = table.get("task").given(|task| task.text(SENTENCE_CHARS_MAX));
     RoundSpec {
         task: task.unwrap_or_default(),
         time: table.get("time").given(|time| time.ticks(60.0, Range::from(1.0, 3600.0))),
         at_time: table.get("at_time").choice_or_first(&at_time),
-        goal: table.get("goal").given(|goal| goal.whole(1, 1..=POINTS_MAX as u32) as i32),
+        goal: goal.given(|goal| goal.whole(1, 1..=POINTS_MAX as u32) as i32),
+        finish: table.get("finish").given(|finish| finish_time(finish, &goal)),
         lives: table.get("lives").given(|lives| lives.whole(1, 1..=LIVES_MAX) as i32),
         stars: table.get("stars").given(stars),
         players_min: table.get("players_min").whole(1, 1..=SEATS) as u16,
@@ -97,6 +109,13 @@ pub(super) fn round(table: &Table) -> RoundSpec {
         new_layouts: table.get("seed").choice_or_first(&[("same", false), ("next", true)]),
         fill: table.get("fill").whole(0, 0..=SEATS) as u16,
     }
+}
+
+fn finish_time(field: &Field, goal: &Field) -> u32 {
+    if !goal.is_given() {
+        field.refuse("nothing: there is no goal to reach");
+    }
+    field.ticks(30.0, SECONDS)
 }
 
 fn stars(field: &Field) -> [i32; 3] {
