@@ -9,10 +9,10 @@ pub mod sentence;
 use super::edit::apply;
 use super::field;
 use super::number::rounded;
-use super::palette::BLANK;
 use super::state::Editor;
 use super::strings;
 use super::tables;
+use super::templates::EMPTY;
 use super::text::List;
 use super::words;
 use crate::language::say;
@@ -108,7 +108,7 @@ fn default(editor: &Editor, name: &str, field: &FieldInfo) -> Vec<String> {
 
 /// The text after the controls of a field have changed; `None` if nothing changes.
 pub fn changed(editor: &Editor, path: &str, values: &[String]) -> Option<String> {
-    let text = if editor.text().trim().is_empty() { BLANK } else { editor.text() };
+    let text = if editor.text().trim().is_empty() { EMPTY } else { editor.text() };
     let first = values.first()?;
     match path {
         "round" => return round::switch(text, first == "true"),
@@ -132,7 +132,7 @@ pub fn with_rules(editor: &Editor, index: &str) -> Option<String> {
     if let Ok(index) = index.parse() {
         return tables::removed(editor.text(), "rules", Some(index));
     }
-    let text = if editor.text().trim().is_empty() { BLANK } else { editor.text() };
+    let text = if editor.text().trim().is_empty() { EMPTY } else { editor.text() };
     let zone = editor.selected().find(|piece| piece.id.list == List::Zones);
     rules::added(text, zone.and_then(|zone| zone.name.as_deref()))
 }
