@@ -15,6 +15,7 @@ mod alone;
 mod editing;
 mod game;
 mod lobby;
+mod moments;
 mod moves;
 mod panels;
 mod replays;

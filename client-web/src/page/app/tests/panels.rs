@@ -17,7 +17,7 @@ const ROOMS: &str = r#"{"rooms":[
 
 impl Browser {
     /// All panels in their current state.
-    fn panels(&self) -> Vec<View> {
+    pub(super) fn panels(&self) -> Vec<View> {
         let app = &self.app;
         let all = panels::ALL.iter().chain(&panels::OF_FRAMES).chain(&panels::OF_NUMBERS);
         let mut views: Vec<View> = all.map(|panel| panel(app)).collect();
@@ -31,22 +31,22 @@ impl Browser {
     }
 
     /// The panel with this name.
-    fn panel(&self, name: &str) -> View {
+    pub(super) fn panel(&self, name: &str) -> View {
         let panel = self.panels().into_iter().find(|view| view.name == name);
         panel.unwrap_or_else(|| panic!("a panel {name}"))
     }
 
-    fn is_shown(&self, at: &str) -> bool {
+    pub(super) fn is_shown(&self, at: &str) -> bool {
         self.panels().iter().any(|view| view.attribute_of(at, "hidden") == Some(None))
     }
 
-    fn text_at(&self, at: &str) -> String {
+    pub(super) fn text_at(&self, at: &str) -> String {
         let panels = self.panels();
         let text = panels.iter().find_map(|view| view.text_of(at));
         text.unwrap_or_else(|| panic!("a text in {at}")).to_owned()
     }
 
-    fn entries(&self, at: &str) -> Vec<View> {
+    pub(super) fn entries(&self, at: &str) -> Vec<View> {
         let panels = self.panels();
         panels.iter().find_map(|view| view.items_of(at)).unwrap_or_else(|| panic!("{at}")).to_vec()
     }
