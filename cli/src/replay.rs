@@ -1,6 +1,7 @@
-//! `jostle replay` describes, verifies and replays recordings.
+//! `jostle replay` describes, verifies, draws and replays recordings.
 
 mod file;
+mod flashes;
 mod info;
 mod render;
 mod trace;
@@ -15,6 +16,7 @@ pub enum ReplayCommand {
     Verify(verify::Verify),
     Trace(trace::Trace),
     Render(render::Render),
+    Flashes(flashes::FlashCount),
 }
 
 impl ReplayCommand {
@@ -25,6 +27,7 @@ impl ReplayCommand {
             ReplayCommand::Verify(verify) => verify.run(),
             ReplayCommand::Trace(trace) => trace.run(),
             ReplayCommand::Render(render) => render.run(),
+            ReplayCommand::Flashes(count) => count.run(),
         }
     }
 }

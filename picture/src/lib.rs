@@ -14,6 +14,8 @@
 //! # }
 //! ```
 
+pub mod flashes;
+
 use jostle_client_web::view::draw::DrawList;
 use jostle_client_web::view::render::Renderer;
 use std::pin::pin;

@@ -50,6 +50,13 @@ pub struct Render {
     bottom: u32,
 }
 
+/// The failure of commands that draw, in a program that cannot.
+#[cfg(not(feature = "render"))]
+pub fn without_renderer() -> Failure {
+    let text = "this program was built without its renderer; `cargo build --release --features render` has it";
+    Failure::Check(text.to_owned())
+}
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     let allowed = || format!("allowed: WIDTHxHEIGHT, each 16 to {SIZE_MAX}");
     let (width, height) = text.split_once('x').ok_or_else(allowed)?;
@@ -70,8 +77,7 @@ impl Render {
 
     #[cfg(not(feature = "render"))]
     fn draw(self, _: Replay, _: &[u32]) -> Result<(), Failure> {
-        let text = "this program was built without its renderer; `cargo build --release --features render` has it";
-        Err(Failure::Check(text.to_owned()))
+        Err(without_renderer())
     }
 
     /// The ticks to draw, of which there is at least one.
