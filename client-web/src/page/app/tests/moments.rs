@@ -64,6 +64,7 @@ fn place(entry: &View) -> String {
 fn the_end_holds_the_picture_but_never_a_calm_one() {
     let mut browser = Browser::open("/", "");
     browser.say(yard(0));
+    browser.wait(200);
     let mut held = 0;
     for _ in 0..400 {
         browser.wait(20);
