@@ -390,6 +390,54 @@ pub async fn a_form_writes_into_the_text(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
+/// Chooses an entry of a list in the form, or an amount in a number field.
+async fn choose(tab: &Tab, path: &str, value: &str) -> Result<()> {
+    let field = format!("[data-path='{path}'] :is(select, input)");
+    tab.until_true(&format!("document.querySelector(\"{field}\")")).await?;
+    tab.eval::<bool>(&format!(
+        "(() => {{ const field = document.querySelector(\"{field}\"); field.value = '{value}'; \
+         field.dispatchEvent(new Event('change', {{ bubbles: true }})); return true; }})()"
+    ))
+    .await
+    .map(drop)
+}
+
+pub async fn a_game_is_made_by_choosing(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    for (piece, at) in [("wall", [40.0, 30.0]), ("ball", [90.0, 60.0]), ("zone", [200.0, 40.0])] {
+        pull(&tab, piece, at).await?;
+    }
+    until_text(&tab, "name = \"zone-1\"").await?;
+    // The words come from a file of the page, and so does the guide that they link to.
+    tab.until_true("document.querySelector('#form-fields').textContent.includes('Text on it')")
+        .await?;
+    let guide = "fetch(document.querySelector('#form-fields a').href).then(r => r.text())\
+                 .then(t => window.guide = t)";
+    tab.eval::<bool>(&format!("({guide}, true)")).await?;
+    tab.until_true("window.guide?.includes('id=\"zones\"')").await?;
+    tab.click_on("[data-path='zones[0].label'] input").await?;
+    tab.keep_on_all_screens("form-zone").await?;
+    tab.click_on("#edit-rule").await?;
+    until_text(&tab, "enter = \"zone-1\"\nscore = 1\n").await?;
+    choose(&tab, "zones[0].who", "block").await?;
+    choose(&tab, "rules[0]#", "back").await?;
+    until_text(&tab, "back = true").await?;
+    tab.press("Escape").await?;
+    tab.press("Escape").await?;
+    tab.until_true("document.querySelector('#form-title').textContent === 'The scene'").await?;
+    tab.click_on("[data-path='round'] input").await?;
+    until_text(&tab, "[round]\ntime = 120\n").await?;
+    choose(&tab, "round.goal", "5").await?;
+    choose(&tab, "teams", "2").await?;
+    until_text(&tab, "name = \"sky\"").await?;
+    tab.keep_on_all_screens("form-scene").await?;
+    tab.eval::<bool>("(document.querySelector('#form-rules').scrollIntoView(), true)").await?;
+    tab.keep_on_all_screens("form-rules").await?;
+    Scene::parse("my-scene.toml", &text(&tab).await?)?;
+    ensure!(error(&tab).await?.is_empty(), "{}", error(&tab).await?);
+    Ok(())
+}
+
 pub async fn a_scene_is_a_file_too(stage: Arc<Stage>) -> Result<()> {
     let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
     let source = stage_scene("bounce")?;

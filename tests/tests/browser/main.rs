@@ -179,6 +179,7 @@ fn editor_cases() -> [Case; 10] {
         ),
         Case::new("a_scene_is_built_by_keys", editor::a_scene_is_built_by_keys),
         Case::new("a_form_writes_into_the_text_of_a_scene", editor::a_form_writes_into_the_text),
+        Case::new("a_game_is_made_by_choosing", editor::a_game_is_made_by_choosing),
         Case::new("a_scene_is_dropped_and_saved_as_a_file", editor::a_scene_is_a_file_too),
         Case::new("two_tabs_keep_a_draft_each", editor::two_tabs_keep_a_draft_each),
     ]
