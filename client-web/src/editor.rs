@@ -9,6 +9,7 @@ pub mod document;
 pub mod drag;
 pub mod edit;
 pub mod field;
+pub mod field_words;
 pub mod form;
 mod gesture;
 mod groups;
@@ -25,7 +26,6 @@ pub mod tables;
 pub mod templates;
 pub mod text;
 pub mod update;
-pub mod words;
 
 #[cfg(test)]
 mod tests;

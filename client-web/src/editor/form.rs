@@ -8,13 +8,13 @@ pub mod sentence;
 
 use super::edit::apply;
 use super::field;
+use super::field_words;
 use super::number::rounded;
 use super::state::Editor;
 use super::strings;
 use super::tables;
 use super::templates::EMPTY;
 use super::text::List;
-use super::words;
 use crate::language::say;
 use crate::view::palette;
 use jostle_game::Scene;
@@ -86,7 +86,7 @@ fn row(editor: &Editor, name: &str, field: &FieldInfo) -> Row {
     };
     let (path, form) = (field.path.clone(), field.form.clone());
     let default = default(editor, name, field);
-    Row { words: words::of(&path, name), path, form, values, default, names }
+    Row { words: field_words::of(&path, name), path, form, values, default, names }
 }
 
 /// The values that apply if the field is not set, one for each control.

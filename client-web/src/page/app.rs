@@ -4,7 +4,7 @@
 mod clicks;
 mod screens;
 
-use crate::editor::words;
+use crate::editor::field_words;
 use crate::language::say;
 use crate::net::api::{self, Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
@@ -294,7 +294,7 @@ impl App {
                 played.iter().for_each(|state| self.play_by_pad(state));
             }
             Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
-            Event::WordsCame([docs, fields]) => words::learn(&docs, &fields),
+            Event::WordsCame([docs, fields]) => field_words::learn(&docs, &fields),
             Event::DraftKept(draft, kept) => {
                 let card = self.screen.note_draft(&mut self.ctx, draft, kept);
                 card.into_iter().for_each(|card| self.visit.dialogs.show(card));

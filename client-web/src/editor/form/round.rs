@@ -3,9 +3,9 @@
 use super::row::Row;
 use crate::editor::edit::apply;
 use crate::editor::field;
+use crate::editor::field_words::FieldWords;
 use crate::editor::strings;
 use crate::editor::tables;
-use crate::editor::words::FieldWords;
 use crate::language::say;
 use crate::view::palette;
 use jostle_game::scene::{FieldForm, TEAMS_MAX};

@@ -1,6 +1,6 @@
 //! A field in a form, and its value in the text.
 
-use crate::editor::words::FieldWords;
+use crate::editor::field_words::FieldWords;
 use jostle_game::scene::FieldForm;
 
 /// A field in a form.

@@ -1,8 +1,8 @@
 //! Rules as sentences whose blanks are filled by choosing. Rules with more than a sentence can say stay as text.
 
 use super::row::Row;
+use crate::editor::field_words::FieldWords;
 use crate::editor::strings::{self, EFFECTS, OCCASIONS};
-use crate::editor::words::FieldWords;
 use crate::language::{fill, pieces, say};
 use jostle_game::scene::{FieldForm, line_at, presets};
 use std::ops::Range;

@@ -1,10 +1,10 @@
 //! The form: its words, the round, and rules as sentences.
 
 use super::*;
+use crate::editor::field_words;
 use crate::editor::form::row::Row;
 use crate::editor::form::sentence::{Part, Sentence, sentences};
 use crate::editor::form::{Form, with_rules};
-use crate::editor::words;
 
 const FIELDS: &str = include_str!("../../../web/fields.txt");
 
@@ -50,7 +50,7 @@ fn only_sentence(editor: &Editor) -> String {
 
 #[test]
 fn each_field_has_a_label_a_sentence_and_a_section_of_the_documentation() {
-    words::learn("scenes.html", FIELDS);
+    field_words::learn("scenes.html", FIELDS);
     let mut editor = yard();
     let fields = Form::of(&editor).fields;
     let title = &named(&fields, "title").words;

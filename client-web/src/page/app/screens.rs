@@ -2,8 +2,8 @@
 //! and playing.
 
 use super::{App, Visit};
+use crate::editor::field_words;
 use crate::editor::templates;
-use crate::editor::words;
 use crate::net::api::{self, Request, bots_alone, file_error};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
@@ -268,7 +268,7 @@ impl App {
         let screen = EditScreen::open(&self.ctx.storage, text, origin, seed);
         self.screen = Screen::Edit(Box::new(screen));
         self.ctx.request(Effect::FocusStage);
-        if !words::are_known() {
+        if !field_words::are_known() {
             self.ctx.request(Effect::FetchWords);
         }
     }

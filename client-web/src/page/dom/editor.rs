@@ -3,11 +3,11 @@
 mod text;
 
 use crate::browser;
+use crate::editor::field_words;
 use crate::editor::form;
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
 use crate::editor::update::EditorEvent;
-use crate::editor::words;
 use crate::page::dom;
 use crate::page::dom::patch::Patch;
 use crate::page::event::Event;
@@ -37,7 +37,7 @@ impl EditorView {
     /// Updates everything that depends on the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
-        let shown = Some((editor.doc.revision, form::title(editor), words::are_known()));
+        let shown = Some((editor.doc.revision, form::title(editor), field_words::are_known()));
         // During a drag the numbers change constantly, so the form is updated only when it ends.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;

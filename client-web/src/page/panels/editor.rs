@@ -1,11 +1,11 @@
 //! The panels around the picture being edited: bar, form and error.
 
+use crate::editor::field_words::FieldWords;
 use crate::editor::form::row::Row;
 use crate::editor::form::sentence::{Part, Sentence, sentences};
 use crate::editor::form::{self, Form};
 use crate::editor::state::Editor;
 use crate::editor::strings;
-use crate::editor::words::FieldWords;
 use crate::language::{fill, say};
 use crate::page::app::App;
 use crate::page::edit_screen::EditScreen;
