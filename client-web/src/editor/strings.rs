@@ -79,6 +79,8 @@ pub const EFFECTS: [(&str, &str); 13] = [
     ("is put back at its start", "{name} {verb}"),
     ("everyone reads", "{verb}: {name}"),
 ];
+/// Follows the occasion of a rule for one team.
+pub const ONLY_TEAM: &str = "only for {verb},";
 pub const AND: &str = "and";
 pub const ALSO: &str = "and\u{2026}";
 pub const LEAVE_OUT: &str = "(leave this out)";

@@ -61,7 +61,7 @@ fn with_occasion(text: &str, names: &Names, rule: &str, new: &str) -> Option<Str
     };
     let mut text = renamed(text, rule, old, new, &value)?;
     if matches!(new, "on" | "every") {
-        for key in &EFFECT_KEYS[OF_BODY] {
+        for key in EFFECT_KEYS[OF_BODY].iter().chain(&["team"]) {
             if let Some(splice) = field::unset(&text, &path_of(key)) {
                 text = apply(&text, vec![splice]);
             }

@@ -169,16 +169,23 @@ impl Writer<'_> {
         self.key = OCCASION_KEYS[occasion];
         let about_body = !matches!(self.key, "on" | "every");
         let effects = effects_of(self.table);
-        // Each of the rule's fields must be in the sentence; whom it affects may be missing.
-        let to = usize::from(self.table.contains_key("to"));
+        // Each of the rule's fields must be in the sentence.
+        let known = |key: &&str| self.table.contains_key(*key);
+        let others = ["to", "team"].iter().filter(|key| known(key)).count();
         let is_foreign = |effect: &usize| OF_BODY.contains(effect) && !about_body;
-        if self.table.len() != 1 + effects.len() + to || effects.iter().any(is_foreign) {
+        if self.table.len() != 1 + effects.len() + others || effects.iter().any(is_foreign) {
             return None;
         }
         let offered = (0..OCCASIONS.len()).filter(|at| self.names.allow(OCCASION_KEYS[*at]));
         let offered = offered.map(|at| (OCCASION_KEYS[at], OCCASIONS[at].0));
         let verb = self.change("when", self.key, offered);
         self.fill(OCCASIONS[occasion].1, verb)?;
+        if let Some(team) = word(self.table, "team") {
+            self.say(" ");
+            let (labels, path) = (self.team_labels(), self.path_of("team"));
+            let team = self.choice(path, &self.names.teams, labels, &team)?;
+            self.fill(strings::ONLY_TEAM, team)?;
+        }
         let more = self.more(&effects, about_body);
         let offer = |at: usize| (EFFECT_KEYS[at], EFFECTS[at].0);
         for (number, &at) in effects.iter().enumerate() {
@@ -344,11 +351,15 @@ impl Writer<'_> {
         let (mut names, mut labels): (Vec<String>, Vec<String>) =
             of_body.map(|(name, label)| (name.to_owned(), say(label).to_owned())).unzip();
         names.extend(self.names.teams.iter().chain(&self.names.held).cloned());
-        labels.extend(self.names.teams.iter().map(|team| fill("team {team}", &[("team", team)])));
+        labels.extend(self.team_labels());
         let holder = |zone: &String| fill("whoever holds {zone}", &[("zone", zone)]);
         labels.extend(self.names.held.iter().map(holder));
         let now = if given == "it" && !about_body { "all" } else { &given };
         self.choice(self.path_of("to"), &names, labels, now)
+    }
+
+    fn team_labels(&self) -> Vec<String> {
+        self.names.teams.iter().map(|team| fill("team {team}", &[("team", team)])).collect()
     }
 
     /// A name or a text.

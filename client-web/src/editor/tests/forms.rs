@@ -210,6 +210,13 @@ fn rules_beyond_sentences_stay_as_text() {
     let lines = "[[rules]]\non = [\"zone-1\", \"!other\"]\nscore = 1\n";
     let text = format!("{}\n{lines}", pitch().text());
     assert!(sentences(&text)[0].parts.is_empty());
+    // A rule for one team says so.
+    let teams = "[[teams]]\nname = \"red\"\n\n[[teams]]\nname = \"sky\"\n";
+    let flag = "[[rules]]\nlost = \"block\"\nteam = \"sky\"\nback = 2\n";
+    let of_team = format!("{}\n{teams}\n{flag}", pitch().text());
+    let wanted = "When [a block] [falls out of the world], only for [team sky], it \
+                  [goes back to its start] and waits [2] seconds [and\u{2026}]";
+    assert_eq!(read(&sentences(&of_team)[0]), wanted);
     // An endless rule is about nobody.
     let text = text.replace("on = [\"zone-1\", \"!other\"]", "every = 2.5");
     let sentence = read(&sentences(&text)[0]);
