@@ -157,7 +157,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn editor_cases() -> [Case; 10] {
+fn editor_cases() -> [Case; 11] {
     [
         Case::new(
             "a_scene_is_built_from_nothing_played_undone_and_shared",
