@@ -88,6 +88,15 @@ impl Timeline {
         self.snapshots.get(after.saturating_sub(1)).map(|snapshot| &**snapshot)
     }
 
+    /// The snapshots after one moment and until another.
+    pub fn between(&self, after: f64, until: f64) -> impl Iterator<Item = &Snapshot> {
+        let is_within = move |s: &&Arc<Snapshot>| {
+            let tick = f64::from(s.tick);
+            after < tick && tick <= until
+        };
+        self.snapshots.iter().filter(is_within).map(|snapshot| &**snapshot)
+    }
+
     /// Writes the bodies at fractional `tick` in index order into `out`, which is cleared first.
     pub fn sample(&self, tick: f64, out: &mut Vec<Sample>) {
         out.clear();

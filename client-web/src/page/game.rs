@@ -275,12 +275,17 @@ impl GameScreen {
         self.ghost.is_some()
     }
 
-    /// The ghost's body, if visible.
-    pub fn ghost_body(&self) -> Option<&FrameBody> {
+    /// The ghost, once its replay has been fetched.
+    pub fn ghost(&self) -> Option<&Ghost> {
         match &self.ghost {
-            Some(GhostSlot::Here(ghost)) => ghost.shown.as_ref(),
+            Some(GhostSlot::Here(ghost)) => Some(ghost),
             _ => None,
         }
+    }
+
+    /// The ghost's body, if visible.
+    pub fn ghost_body(&self) -> Option<&FrameBody> {
+        self.ghost()?.shown.as_ref()
     }
 
     /// Whether highlights are available.

@@ -9,6 +9,7 @@ pub mod lobby;
 mod network;
 mod page;
 pub mod players;
+mod race;
 pub mod replay;
 pub mod round;
 mod settings;
@@ -32,7 +33,7 @@ pub const ALL: [fn(&App) -> View; 8] = [
 ];
 
 /// Panels that may change with every frame of a game, a replay or the editor.
-pub const OF_FRAMES: [fn(&App) -> View; 11] = [
+pub const OF_FRAMES: [fn(&App) -> View; 12] = [
     hud::title,
     hud::caps,
     hud::answers,
@@ -41,6 +42,7 @@ pub const OF_FRAMES: [fn(&App) -> View; 11] = [
     round::banner,
     round::highlights,
     round::record,
+    race::view,
     sound::captions,
     replay::view,
     editor::error,

@@ -1,12 +1,15 @@
 //! The page's view of a round, derived from a snapshot.
 
 use crate::language::{fill, say};
+use crate::page::strings;
 use crate::world::replica::listener::LATE_S;
+use crate::world::replica::moments::race::Race;
 use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_sim::short_sort::sort_few;
+use std::cmp::Reverse;
 
 /// How long the page announces that a round has begun, ticks.
 const GO_TICKS: f64 = TICKS_PER_SECOND as f64;
@@ -54,6 +57,8 @@ pub struct SideView {
     pub lives: Option<i32>,
     /// Completed and total steps of an order, for this side or, on a team, for the player.
     pub progress: Option<(usize, usize)>,
+    /// The time to the finish of a race, if the side has reached it.
+    pub time: Option<String>,
     /// Whether the player belongs to this side.
     pub is_own: bool,
     /// Whether the side can still win.
@@ -89,6 +94,8 @@ pub struct RoundContext<'a> {
     pub own: Seat,
     /// The tick on display.
     pub tick: f64,
+    /// The race, in a scene with laps.
+    pub race: Option<&'a Race>,
 }
 
 impl RoundContext<'_> {
@@ -122,14 +129,21 @@ impl RoundContext<'_> {
     }
 
     fn clock(&self, spec: &RoundSpec, ticks: f64) -> (String, bool) {
-        let Some(time) = spec.time else { return Default::default() };
         let left = match self.round.phase {
-            RoundPhase::Running => f64::from(time) - ticks,
-            RoundPhase::Over => return Default::default(),
-            RoundPhase::Waiting | RoundPhase::Countdown => f64::from(time),
+            RoundPhase::Running => self.left(spec, ticks),
+            RoundPhase::Over => None,
+            RoundPhase::Waiting | RoundPhase::Countdown => spec.time.map(f64::from),
         };
-        let seconds = seconds_of(left);
+        let Some(seconds) = left.map(seconds_of) else { return Default::default() };
         (format!("{}:{:02}", seconds / 60, seconds % 60), seconds <= LATE_S)
+    }
+
+    /// The rest of a running round, ticks.
+    fn left(&self, spec: &RoundSpec, ticks: f64) -> Option<f64> {
+        let won_at = self.race.and_then(|race| race.won_at);
+        let finish = spec.finish.zip(won_at).map(|(finish, won_at)| f64::from(won_at + finish));
+        let end = spec.time.map(f64::from).into_iter().chain(finish).reduce(f64::min);
+        end.map(|end| end - ticks)
     }
 
     fn task(&self, spec: &RoundSpec) -> String {
@@ -150,8 +164,10 @@ impl RoundContext<'_> {
             }
             RoundPhase::Running if ticks < GO_TICKS && spec.countdown > 0 => say("Go!").to_owned(),
             RoundPhase::Running => {
-                let left = spec.time.map(|time| seconds_of(f64::from(time) - ticks));
-                let late = left.filter(|left| (1..=LATE_S).contains(left));
+                let late = self
+                    .left(spec, ticks)
+                    .map(seconds_of)
+                    .filter(|left| (1..=LATE_S).contains(left));
                 late.map_or_else(String::new, |left| left.to_string())
             }
             _ => String::new(),
@@ -199,9 +215,16 @@ impl RoundContext<'_> {
             goal: self.scene.rules.round.as_ref().and_then(|round| round.goal),
             lives: self.scene.rules.lives().map(|_| info.lives),
             progress: self.progress(Some(side)),
+            time: self.finish(side).map(|ticks| strings::clock(f64::from(ticks), true)),
             is_own: self.round.side_of(self.own) == side,
             is_in: info.is_in,
         }
+    }
+
+    /// Ticks from the start of a race to a side's finish.
+    fn finish(&self, side: Side) -> Option<u32> {
+        let Side::Player(seat) = side else { return None };
+        self.race?.finish(seat)
     }
 
     /// Completed and total steps of the first order in which this side makes progress. `None` stands for all players
@@ -233,7 +256,8 @@ impl RoundContext<'_> {
         };
         let mut sides: Vec<SideView> = sides;
         let won = |side: &SideView| self.round.winners.contains(&side.side);
-        let weight = |side: &SideView| (won(side), side.score, side.lives);
+        let early = |side: &SideView| self.finish(side.side).map(Reverse);
+        let weight = |side: &SideView| (won(side), side.score, side.lives, early(side));
         sort_few(&mut sides, |one, other| weight(one) > weight(other));
         let stars = spec.stars.filter(|_| sides.len() == 1 && won(&sides[0])).map(|stars| {
             let points = sides[0].score.unwrap_or_default();

@@ -248,6 +248,13 @@ pub fn clock(ticks: f64, tenths: bool) -> String {
     }
 }
 
+/// Formats a difference in ticks as seconds with a sign.
+pub fn difference(ticks: i64) -> String {
+    let sign = if ticks < 0 { "\u{2212}" } else { "+" };
+    let seconds = ticks.unsigned_abs() as f64 / f64::from(TICKS_PER_SECOND);
+    format!("{sign}{seconds:.1} s")
+}
+
 /// A duration in words, including the verb.
 fn span(ticks: u32) -> String {
     match ticks / TICKS_PER_SECOND {

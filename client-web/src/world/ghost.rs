@@ -2,6 +2,7 @@
 //! replay next to the game; it collides with nothing.
 
 use crate::view::frame::FrameBody;
+use crate::world::replica::moments::race::Race;
 use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, SnapshotBody};
 use jostle_protocol::replay::Replay;
 use jostle_room::Playback;
@@ -44,6 +45,9 @@ pub struct Ghost {
     trail: [Option<FrameBody>; 2],
     /// The hero to draw.
     pub shown: Option<FrameBody>,
+    /// The race that the ghost flies, until the displayed moment.
+    race: Option<Race>,
+    round: Option<RoundInfo>,
 }
 
 impl Ghost {
@@ -53,7 +57,9 @@ impl Ghost {
         let GhostWish { begin, seat, .. } = wish;
         let is_of_scene = replay.start().scene == scene.source && begin < replay.last_tick();
         let playback = Playback::new(replay).ok().filter(|_| is_of_scene)?;
-        Some(Ghost { playback, begin, seat, origin: None, trail: [None; 2], shown: None })
+        let race = Race::of(scene);
+        let (origin, trail, round) = (None, [None; 2], None);
+        Some(Ghost { playback, begin, seat, origin, trail, shown: None, race, round })
     }
 
     /// Advances the ghost to the moment of its run that corresponds to the displayed one, for as long as `may_go_on`
@@ -82,6 +88,10 @@ impl Ghost {
                 break;
             }
             self.trail = [self.trail[1], self.hero()];
+            if let Some(race) = &mut self.race {
+                self.playback.game().capture_round(&mut self.round);
+                self.round.iter().for_each(|round| race.note(round, self.playback.tick()));
+            }
         }
         // The ghost is hidden until it has reached the right moment.
         let is_there = self.playback.tick() + 1 >= goal.max(self.begin);
@@ -90,6 +100,17 @@ impl Ghost {
             let before = self.trail[0].map_or(now.center, |before| before.center);
             FrameBody { center: now.center + (before - now.center) * late, ..now }
         });
+    }
+
+    /// The name of the player who flew the run.
+    pub fn name(&self) -> Option<&str> {
+        let members = &self.playback.moment().members;
+        members.get(&self.seat.0).map(|look| &*look.name)
+    }
+
+    /// Ticks after the start at which the ghost passed each gate so far.
+    pub fn marks(&self) -> &[u32] {
+        self.race.as_ref().map_or(&[], |race| race.marks(self.seat))
     }
 
     /// The current state of the hero.

@@ -26,7 +26,10 @@ pub fn view(app: &App) -> View {
     let past = replica.filter(|_| round.result.is_none()).and_then(past_result);
     let is_past = past.is_some();
     round.result = round.result.or(past);
-    let goal = |side: &SideView| side.goal.map_or_else(String::new, |goal| format!(" / {goal}"));
+    let goal = |side: &SideView| {
+        let goal = side.goal.filter(|_| side.time.is_none());
+        goal.map_or_else(String::new, |goal| format!(" / {goal}"))
+    };
     let sides = round.sides.iter().map(|side| entry("side-item", side).text(".goal", goal(side)));
     let view = View::panel("round")
         .show("#round", is_on)
@@ -56,7 +59,7 @@ fn past_result(replica: &Replica) -> Option<ResultView> {
 /// The best achievements of the round.
 fn bests(replica: &Replica) -> Vec<View> {
     let players = replica.room.players();
-    let bests = replica.moments.bests.best().filter_map(|(seat, best)| {
+    let bests = replica.moments.best().filter_map(|(seat, best)| {
         let player = players.iter().find(|player| player.seat == seat)?;
         let (label, figure) = match best {
             Best::Lap(ticks) => (say("Fastest lap"), strings::clock(f64::from(ticks), true)),
@@ -156,6 +159,7 @@ fn context(replica: &Replica) -> Option<RoundContext<'_>> {
         players: replica.room.players(),
         own: replica.room.seat,
         tick: replica.room.display,
+        race: replica.moments.race.as_ref(),
     })
 }
 
@@ -189,6 +193,8 @@ fn banner_of(replica: &Replica, moment: &Moment) -> Option<(&'static str, String
     let context = context(replica)?;
     let doer = moment.by.filter(|_| moment.kind == MomentKind::OwnGoal).map(Side::Player);
     let side = context.side_view(doer.or(moment.side)?)?;
+    let is_home = side.goal.is_some_and(|goal| side.score >= Some(goal));
+    let words = if moment.kind == MomentKind::Lap && is_home { say("Finish!") } else { words };
     Some((words, side.name, side.color))
 }
 
@@ -203,13 +209,14 @@ fn entry(template: &'static str, side: &SideView) -> View {
         (false, true) => "",
         (false, false) => "out",
     };
+    let score = side.score.map(|score| score.to_string());
     View::item(template, key)
         .with("", "class", class)
         .style("", "--color", color_var(side.color))
         .with_or_without("i", "data-emblem", emblem)
         .text("bdi", side.name.clone())
         .text(".steps", side.progress.map_or_else(String::new, steps))
-        .text(".score", side.score.map_or_else(String::new, |score| score.to_string()))
+        .text(".score", side.time.clone().or(score).unwrap_or_default())
         .text(".lives", side.lives.map_or_else(String::new, lives))
 }
 

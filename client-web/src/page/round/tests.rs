@@ -69,7 +69,7 @@ fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
 fn view(scene: &Scene, round: &RoundInfo, own: u16, tick: f64) -> RoundView {
     let players = [player(0, "Ann"), player(1, "Bob")];
     let players = &players[..round.players.len()];
-    RoundContext { scene, round, players, own: Seat(own), tick }
+    RoundContext { scene, round, players, own: Seat(own), tick, race: None }
         .view()
         .expect("a scene with rounds")
 }

@@ -2,6 +2,7 @@
 //! from the rounds and bursts that a replica displays anyway, and a picture shows them as a function of its tick.
 
 mod best;
+pub mod race;
 
 use super::room::RoomView;
 use crate::sound::cue::Sound;
@@ -10,6 +11,7 @@ pub use best::{Best, BestOfRound};
 use jostle_game::scene::{To, Trigger, ZoneArea};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_sim::{BodyId, TICKS_PER_SECOND, Vec2};
+use race::Race;
 use std::collections::VecDeque;
 
 /// Maximum number of remembered moments; the oldest are dropped first.
@@ -28,6 +30,8 @@ const CONFETTI_TICKS: f64 = 270.0;
 const LEADERS_APART_TICKS: f64 = 8.0 * TICKS_PER_SECOND as f64;
 /// Points that arrive within this time of a burst or a line belong to it, ticks.
 const SOON_TICKS: f64 = 6.0;
+/// A round first seen within this time of its start was seen from its start, ticks.
+const START_TICKS: f64 = 60.0;
 
 /// The kinds of moments, the most important last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -87,8 +91,14 @@ pub struct Moments {
     pub leader: Option<Side>,
     /// The deeds of the current or previous round.
     pub bests: BestOfRound,
+    /// The current or previous race, in a scene with laps.
+    pub race: Option<Race>,
+    /// Number of ticks before the current or previous round, if it was seen from its start.
+    pub began: Option<u32>,
     /// The latest round that is over, until the next one runs.
     pub end: Option<RoundInfo>,
+    /// The tick of the latest snapshot from which the race was noted.
+    raced: f64,
     before: Option<RoundInfo>,
     /// The newest burst: its tick, its thrower and its position.
     burst: Option<(f64, Seat, Vec2)>,
@@ -125,20 +135,26 @@ impl Moments {
 
     /// Compares the displayed round with the one displayed before, and returns the sound of what happened.
     pub fn observe(&mut self, room: &RoomView, tick: f64) -> Option<Sound> {
+        self.note_race(room, tick);
         let round = room.timeline.at_or_before(tick).and_then(|s| s.round.as_ref())?;
         if self.before.as_ref() == Some(round) {
             return None;
         }
         match round.phase {
             RoundPhase::Over => self.end = Some(round.clone()),
-            RoundPhase::Running => self.end = None,
+            RoundPhase::Running => {
+                self.end = None;
+                let is_start = tick - f64::from(round.since) < START_TICKS;
+                self.began = self.began.filter(|&at| at == round.since);
+                self.began = self.began.or(is_start.then_some(round.since));
+            }
             RoundPhase::Waiting | RoundPhase::Countdown => {}
         }
         let before = self.before.replace(round.clone())?;
         let began = before.phase != RoundPhase::Running && round.phase == RoundPhase::Running;
         if began {
             self.leader = None;
-            self.bests = BestOfRound::new(tick);
+            self.bests = BestOfRound::default();
         }
         if before.phase != RoundPhase::Running {
             return None;
@@ -148,12 +164,35 @@ impl Moments {
             let Some(then) = before.side(side) else { continue };
             sound = self.note_side(room, tick, side, [then, now]).or(sound);
         }
-        if round.phase == RoundPhase::Over {
-            let won = round.winners.first().copied();
+        let won = round.winners.first().copied();
+        if before.winners.is_empty() && (won.is_some() || round.phase == RoundPhase::Over) {
             self.push(Moment::new(MomentKind::Over, tick, won));
+        }
+        if round.phase == RoundPhase::Over {
             return None;
         }
         self.note_leader(round, tick).or(sound)
+    }
+
+    fn note_race(&mut self, room: &RoomView, tick: f64) {
+        if self.race.is_none() && self.before.is_none() {
+            self.race = Race::of(&room.scene);
+        }
+        let Some(race) = &mut self.race else { return };
+        if tick < self.raced {
+            // The display jumped back.
+            self.raced = tick - 1.0;
+        }
+        for snapshot in room.timeline.between(self.raced, tick) {
+            snapshot.round.iter().for_each(|round| race.note(round, snapshot.tick));
+            self.raced = f64::from(snapshot.tick);
+        }
+    }
+
+    /// The best of the current or previous round.
+    pub fn best(&self) -> impl Iterator<Item = (Seat, Best)> {
+        let lap = self.race.as_ref().and_then(Race::fastest_lap);
+        lap.map(|(ticks, by)| (by, Best::Lap(ticks))).into_iter().chain(self.bests.best())
     }
 
     fn note_side(
@@ -190,9 +229,6 @@ impl Moments {
             MomentKind::Goal if line.is_some_and(|line| line.2) => MomentKind::OwnGoal,
             kind => kind,
         };
-        if let (MomentKind::Lap, Some(seat)) = (kind, by) {
-            self.bests.note_lap(seat, tick);
-        }
         // The laps of others are told by the list of players.
         let is_own = by == Some(room.seat);
         let kind = if kind == MomentKind::Lap && !is_own { MomentKind::Points } else { kind };

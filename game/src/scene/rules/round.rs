@@ -22,7 +22,7 @@ pub struct RoundSpec {
     /// The first side to reach this many points wins. Label: First to.
     pub goal: Option<i32>,
     /// The time that the others have to reach the goal after the first side, which has won. They get no more points once
-    /// they are there. Default: the round ends with the first.
+    /// they are there. Default: the round ends with the first. Label: Time for the others, seconds.
     pub finish: Option<u32>,
     /// Number of lives of each side. A side that has lost them all is out: it gets no more points or lives, it cannot
     /// win, and its heroes do not come back. Of two or more sides, the last one left wins; a side that plays alone

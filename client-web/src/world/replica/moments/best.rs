@@ -18,18 +18,9 @@ pub enum Best {
 pub struct BestOfRound {
     /// For each seat: goals, hits dealt and hits taken.
     counts: Vec<[u32; 3]>,
-    /// The tick at which each seat's lap began; 0 if that was the start of the round.
-    lap_since: Vec<f64>,
-    lap: Option<(u32, Seat)>,
-    began: f64,
 }
 
 impl BestOfRound {
-    /// An empty list for a round that begins at this tick.
-    pub fn new(began: f64) -> BestOfRound {
-        BestOfRound { began, ..BestOfRound::default() }
-    }
-
     fn count(&mut self, seat: Seat, what: usize) {
         let index = usize::from(seat.0);
         if self.counts.len() <= index {
@@ -47,19 +38,6 @@ impl BestOfRound {
         hit.into_iter().for_each(|hit| self.count(hit, 2));
     }
 
-    /// Notes that a player completed a lap.
-    pub fn note_lap(&mut self, by: Seat, tick: f64) {
-        let index = usize::from(by.0);
-        if self.lap_since.len() <= index {
-            self.lap_since.resize(index + 1, self.began);
-        }
-        let ticks = (tick - self.lap_since[index]).max(0.0) as u32;
-        self.lap_since[index] = tick;
-        if self.lap.is_none_or(|(best, _)| ticks < best) {
-            self.lap = Some((ticks, by));
-        }
-    }
-
     /// The best of the round with their figures.
     pub fn best(&self) -> impl Iterator<Item = (Seat, Best)> {
         let most = |what: usize| {
@@ -69,9 +47,6 @@ impl BestOfRound {
         };
         let kinds = [Best::Goals as fn(u32) -> Best, Best::Hits, Best::Splashed];
         let counted = (0..).zip(kinds);
-        let lap = self.lap.map(|(ticks, by)| (by, Best::Lap(ticks)));
-        let counted = counted
-            .filter_map(move |(what, kind)| most(what).map(|(seat, count)| (seat, kind(count))));
-        lap.into_iter().chain(counted)
+        counted.filter_map(move |(what, kind)| most(what).map(|(seat, count)| (seat, kind(count))))
     }
 }

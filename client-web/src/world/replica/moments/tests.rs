@@ -1,6 +1,6 @@
 use super::*;
 use crate::view::frame::FrameRoom;
-use jostle_game::RoundPlayer;
+use jostle_game::{OrderProgress, RoundPlayer};
 use jostle_protocol::Snapshot;
 use std::sync::Arc;
 
@@ -98,7 +98,7 @@ fn laps_knock_outs_and_the_end_have_their_moments() {
     race.round.winners = vec![Side::Player(Seat(0))];
     race.step(50);
     assert_eq!(race.banner(), Some(MomentKind::Over));
-    let best: Vec<_> = race.moments.bests.best().collect();
+    let best: Vec<_> = race.moments.best().collect();
     assert!(matches!(best[..], [(Seat(1), Best::Lap(_))]), "{best:?}");
 
     let mut pong = Watched::new("pong", 2);
@@ -153,4 +153,72 @@ fn confetti_falls_for_the_winner_and_ends() {
     watched.step(600);
     watched.moments.lay_out(&watched.room, &mut drawn);
     assert_eq!(drawn.confetti, None);
+}
+
+/// Sets a player's progress in the race: laps and gates of the lap.
+fn progress(watched: &mut Watched, seat: u16, laps: i32, gates: u8) {
+    let side = Some(Side::Player(Seat(seat)));
+    watched.round.players[usize::from(seat)].side.score = laps;
+    watched.round.orders.retain(|order| order.side != side);
+    if gates > 0 {
+        watched.round.orders.push(OrderProgress { signal: 0, side, steps: gates });
+    }
+}
+
+#[test]
+fn a_race_knows_times_places_and_splits() {
+    let mut watched = Watched::new("race", 0);
+    watched.round.since = 100;
+    watched.step(1);
+    let race = |watched: &Watched| watched.moments.race.clone().expect("a race");
+    for (ticks, seat, laps, gates) in [
+        (59, 0, 0, 1),
+        (60, 1, 0, 2),
+        (60, 0, 0, 3),
+        (60, 0, 1, 0),
+        (60, 1, 1, 1),
+        (60, 0, 3, 0),
+        (60, 1, 3, 0),
+    ] {
+        progress(&mut watched, seat, laps, gates);
+        watched.step(ticks);
+        let first = race(&watched).place(Seat(0));
+        assert_eq!(first, (if seat == 1 && laps < 3 { 2 } else { 1 }, 2), "{seat} {laps} {gates}");
+    }
+    let race = race(&watched);
+    assert_eq!(race.marks(Seat(0))[..4], [60, 180, 180, 240]);
+    assert_eq!(race.lap_times(Seat(0)).collect::<Vec<_>>(), [240, 120, 0]);
+    assert_eq!([0, 1].map(|seat| race.finish(Seat(seat))), [Some(360), Some(420)]);
+    assert_eq!(race.elapsed(watched.room.display), Some(420.0));
+    let [own, other] = [0, 1].map(|seat| race.marks(Seat(seat)));
+    assert_eq!((race::split(&own[..2], other), race::split(own, other)), (Some(60), Some(-60)));
+    assert_eq!(race::split(own, &[]), None);
+    // The next race starts anew.
+    progress(&mut watched, 0, 0, 0);
+    progress(&mut watched, 1, 0, 0);
+    watched.round.since = 600;
+    watched.step(200);
+    assert_eq!(watched.moments.race.as_ref().map(|race| race.marks(Seat(0)).len()), Some(0));
+}
+
+#[test]
+fn a_race_is_timed_by_snapshots_rather_than_frames() {
+    let mut watched = Watched::new("race", 0);
+    watched.round.since = 100;
+    progress(&mut watched, 0, 1, 0);
+    watched.tick = 150;
+    for ticks in [0, 1, 2] {
+        let (tick, round) = (watched.tick + ticks, Some(watched.round.clone()));
+        watched.room.timeline.file(Arc::new(Snapshot { tick, round, ..Default::default() }));
+    }
+    watched.step(3);
+    let race = watched.moments.race.as_ref().expect("a race");
+    assert_eq!(race.lap_times(Seat(0)).collect::<Vec<_>>(), [50]);
+}
+
+#[test]
+fn scenes_without_laps_have_no_race() {
+    for scene in Scene::built_in() {
+        assert_eq!(Race::of(&scene).is_some(), scene.name == "race", "{}", scene.name);
+    }
 }
