@@ -3,6 +3,7 @@
 
 mod address;
 mod app;
+mod bests;
 mod captions;
 mod card;
 mod context;

@@ -9,6 +9,7 @@ use crate::language::say;
 use crate::net::api::{self, Request, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::address::{PlayOptions, Site};
+use crate::page::bests::OwnResult;
 use crate::page::context::Context;
 use crate::page::dialogs::{Card, Dialogs, Layer};
 use crate::page::event::{Address, Canvas, Effect, Event, PointerChange};
@@ -194,6 +195,7 @@ pub struct App {
     pub visit: Visit,
     pub lobby: Lobby,
     pub records: Records,
+    pub own_result: OwnResult,
     pub appearance: Appearance,
     pub panels: Panels,
     pub sound: SoundDesk,
@@ -228,6 +230,7 @@ impl App {
             visit: Visit { own_color: appearance.color, ..Visit::default() },
             lobby: Lobby::default(),
             records: Records::default(),
+            own_result: OwnResult::default(),
             appearance,
             panels: Panels::default(),
             sound,
@@ -336,6 +339,7 @@ impl App {
                     let wished = self.appearance.color;
                     self.visit.note_room(&mut membership.replica, wished, is_frozen);
                 }
+                self.own_result.note(&mut self.ctx, game);
                 self.records.send_run(&mut self.ctx, game);
             }
             Screen::Replay(replay) => {

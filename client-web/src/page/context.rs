@@ -17,6 +17,8 @@ pub struct Context {
     pub site: Site,
     /// The clock, for work with a time limit.
     pub clock: fn() -> f64,
+    /// The time of day, seconds since 1970.
+    pub unix_s: fn() -> f64,
     pub storage: Storage,
     /// Host key of the room that the player closed last, if none was opened since.
     pub closed: Option<String>,
@@ -33,6 +35,7 @@ impl Context {
             predicts,
             site,
             clock: || 0.0,
+            unix_s: || 0.0,
             storage,
             closed: None,
             rng: Rng::new(seed, 0),
@@ -42,6 +45,11 @@ impl Context {
 
     pub fn request(&mut self, effect: Effect) {
         self.effects.push(effect);
+    }
+
+    /// The current day, counted from 1970 (UTC).
+    pub fn day(&self) -> u32 {
+        ((self.unix_s)() / 86_400.0) as u32
     }
 
     /// Takes all requested effects and pending storage writes.

@@ -96,6 +96,7 @@ fn main() {
     };
     let mut app = App::new(startup);
     app.ctx.clock = browser::now_ms;
+    app.ctx.unix_s = || js_sys::Date::now() / 1000.0;
     let events = Events::new(drain);
     let views = Views::new(events, &app);
     let (socket, conditions) = (None, Conditions::default());

@@ -174,6 +174,8 @@ pub fn people_and_bots(people: usize, bots: usize) -> String {
     people + ", " + &bots
 }
 
+/// Shown in a room at the end of a round that would count if it were played alone.
+pub const COUNTS_ALONE: &str = "Records count when you play alone.";
 /// Shown when the player's run has been submitted.
 pub const RUN_CHECKED: &str = "The server is checking your run\u{2026}";
 /// Shown when the game is too long for its run to be stored.
@@ -187,12 +189,19 @@ pub const NO_GHOST: Card = card(
     CardAction::Stay,
 );
 
+/// A number of points.
+pub fn points(count: i32) -> String {
+    match count {
+        1 => say("1 point").to_owned(),
+        _ => fill("{count} points", &[("count", &count.to_string())]),
+    }
+}
+
 /// The best run of a scene.
 pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
     let result = match is_timed(table) {
         true => clock(f64::from(run.ticks), true),
-        false if run.points == 1 => say("1 point").to_owned(),
-        false => fill("{count} points", &[("count", &run.points.to_string())]),
+        false => points(run.points),
     };
     let name = run.players.first().map_or("", String::as_str);
     match run.players.len() {

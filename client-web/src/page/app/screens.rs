@@ -8,6 +8,7 @@ use crate::net::api::{self, Request, bots_alone, file_error};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
 use crate::page::address::{Destination, PendingGame, PlayOptions};
+use crate::page::bests::OwnResult;
 use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Address, Effect, Form};
 use crate::page::game::GameScreen;
@@ -127,6 +128,7 @@ impl App {
         self.sound.end();
         self.panels.sound = false;
         self.records.begin();
+        self.own_result = OwnResult::default();
     }
 
     /// Requests the file of a scene.

@@ -105,7 +105,7 @@ impl Views {
         if !had_events {
             return;
         }
-        self.patch.show(panels::lobby::view(app, js_sys::Date::now() / 1000.0));
+        self.patch.show(panels::lobby::view(app, (app.ctx.unix_s)()));
         if self.note != app.lobby.note {
             self.note = app.lobby.note.clone();
             if self.note.bad {

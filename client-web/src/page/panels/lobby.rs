@@ -3,9 +3,9 @@
 use crate::language::{fill, say};
 use crate::net::api::{self, bots_alone};
 use crate::page::app::App;
+use crate::page::bests;
 use crate::page::lobby::Lobby;
 use crate::page::panels::round::is_raced;
-use crate::page::records::Records;
 use crate::page::strings;
 use crate::page::view::View;
 use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
@@ -24,12 +24,17 @@ pub const FOLDED: usize = 6;
 
 /// The lobby at this time, in seconds since 1970.
 pub fn view(app: &App, unix_s: f64) -> View {
-    let (lobby, records) = (&app.lobby, &app.records);
+    let lobby = &app.lobby;
     let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
         let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == category);
-        view.list(list, on_it.map(|scene| scene_entry(scene, records, app.ctx.site.is_static)))
+        let entries = on_it.map(|scene| scene_entry(scene, app));
+        view.list(list, entries)
     });
-    view.list("#room-list", lobby.rooms.iter().map(|room| room_entry(lobby, room)))
+    let streaks = Some(bests::streaks(&app.ctx)).filter(|text| !text.is_empty());
+    let counts = lobby.scenes.iter().any(|scene| app.records.table(&scene.name).is_some());
+    view.text_or_hide("#streak", streaks)
+        .show("#counts", counts)
+        .list("#room-list", lobby.rooms.iter().map(|room| room_entry(lobby, room)))
         .list("#replay-list", lobby.replays.iter().map(|it| replay_entry(lobby, it, unix_s)))
         .text("#lobby-note", say(&lobby.note.text).to_owned())
         .with("#lobby-note", "class", if lobby.note.bad { "note bad" } else { "note" })
@@ -120,11 +125,18 @@ fn manner(scene: &SceneCard, is_static: bool) -> String {
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-fn scene_entry(scene: &SceneCard, records: &Records, is_static: bool) -> View {
+fn scene_entry(scene: &SceneCard, app: &App) -> View {
+    let is_static = app.ctx.site.is_static;
     let pictured = scene.picture.is_some();
     let (name, title) = (&scene.name, say(&scene.title));
     let bots = strings::bots(bots_alone(scene));
     let alone = fill("Play alone {bots}", &[("bots", &bots)]);
+    let alone = alone.trim_end();
+    let alone = match app.records.table(name).map(api::is_timed) {
+        None => alone.to_owned(),
+        Some(true) => fill("{alone}: your time counts", &[("alone", alone)]),
+        Some(false) => fill("{alone}: your points count", &[("alone", alone)]),
+    };
     let label = fill("Play {scene} alone {bots}", &[("scene", title), ("bots", &bots)]);
     let item = View::item("scene-item", name)
         .with("button", "data-value", name.clone())
@@ -140,13 +152,20 @@ fn scene_entry(scene: &SceneCard, records: &Records, is_static: bool) -> View {
         .with_or_without(".go span", "data-bots", Some(bots).filter(|bots| !bots.is_empty()))
         .with(".alone", "data-value", name.clone())
         .with(".alone", "aria-label", label.trim_end().to_owned())
-        .text(".alone", alone.trim_end().to_owned());
-    best(item, records, name, scene.heroes)
+        .text(".alone", alone);
+    own(best(item, app, name, scene.heroes), app, name)
+}
+
+/// Adds the player's own best.
+fn own(item: View, app: &App, scene: &str) -> View {
+    let best = bests::best(&app.ctx.storage, scene);
+    let best = best.map(|best| fill("Your best: {result}", &[("result", &best.words())]));
+    item.text_or_hide(".own", best)
 }
 
 /// Adds the scene's best run.
-fn best(item: View, records: &Records, scene: &str, heroes: bool) -> View {
-    let best = records.best(scene);
+fn best(item: View, app: &App, scene: &str, heroes: bool) -> View {
+    let best = app.records.best(scene);
     let raced = best.filter(|(table, _)| is_raced(table, heroes));
     let race = raced.map(|(_, run)| api::race(run, scene));
     item.show(".best", best.is_some())

@@ -128,10 +128,16 @@ pub fn highlights(app: &App) -> View {
 
 /// The best run, and the outcome of the player's run.
 pub fn record(app: &App) -> View {
+    let own = Some(app.own_result.said.clone()).filter(|said| !said.is_empty());
+    let game = app.screen.game();
+    let room = game.filter(|game| own.is_some() && !game.is_in_page());
+    let is_kept = room.and_then(|game| app.records.table(&game.replica()?.room.scene.name));
     let said = Some(&*app.records.said).filter(|said| !said.is_empty());
-    let scene = app.screen.game().and_then(|game| game.ranked_scene(&app.ctx));
+    let said = said.or(is_kept.map(|_| strings::COUNTS_ALONE));
+    let scene = game.and_then(|game| game.ranked_scene(&app.ctx));
     let best = scene.and_then(|scene| Some((scene, app.records.best(scene)?)));
     let view = View::panel("record")
+        .text_or_hide("#result-own", own)
         .text_or_hide("#result-said", said.map(|said| say(said).to_owned()))
         .show("#result-best", best.is_some());
     let Some((scene, (table, run))) = best else { return view };
