@@ -92,7 +92,10 @@ pub enum Request {
     Rooms,
     Scenes,
     Replays,
+    /// The best run of each scene.
     Records,
+    /// The best runs of the scene with this name.
+    BestRuns(String),
     /// Submits the replay of a run.
     Run(Vec<u8>),
     /// Opens a room with a scene. A private room is not listed.
@@ -118,17 +121,20 @@ const RUN_TIMEOUT_MS: u32 = 90_000;
 
 impl Request {
     /// HTTP method and path.
-    pub fn target(&self) -> (&'static str, &'static str) {
-        match self {
+    pub fn target(&self) -> (&'static str, String) {
+        let (method, path) = match self {
             Request::Rooms => ("GET", "/api/rooms"),
             Request::Scenes => ("GET", "/api/scenes"),
             Request::Replays => ("GET", "/api/replays"),
             Request::Records => ("GET", "/api/records"),
+            Request::BestRuns(_) => ("GET", "/api/records?scene="),
             Request::Run(_) => ("POST", "/api/records"),
             Request::Open { .. } => ("POST", "/api/rooms"),
             Request::Next(_) => ("POST", "/api/next"),
             Request::OpenGuest(_) => ("POST", "/api/guest-rooms"),
-        }
+        };
+        let scene = if let Request::BestRuns(scene) = self { scene } else { "" };
+        (method, path.to_owned() + scene)
     }
 
     /// The body and its media type, if the request has one. Scene names contain nothing that JSON would escape.

@@ -141,7 +141,7 @@ impl Lobby {
                     self.replays = replays;
                 }
             }
-            Request::Records | Request::Run(_) | Request::Next(_) => {}
+            Request::Records | Request::BestRuns(_) | Request::Run(_) | Request::Next(_) => {}
             Request::Open { .. } => {
                 return self.opened(ctx, answer);
             }

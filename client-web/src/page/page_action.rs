@@ -78,6 +78,7 @@ page_actions! {
     "play-alone" PlayAlone
     "play-pause" PlayPause
     "qr-code" QrCode
+    "records" Records
     "rename" Rename
     "reset-hands" ResetHands
     "settings" Settings

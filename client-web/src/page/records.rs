@@ -13,6 +13,10 @@ use jostle_protocol::web::{self, Posted, RecordCard, RecordTable};
 pub struct Records {
     /// The best run of each scene.
     pub list: web::Records,
+    /// The scene whose best runs are shown.
+    pub open: Option<String>,
+    /// The best runs of a scene, once the server has sent them.
+    top: Option<RecordTable>,
     /// The message about the player's most recent run.
     pub said: String,
     /// The start tick of the most recent result whose run was examined.
@@ -33,6 +37,10 @@ impl Records {
                     self.list = list;
                 }
             }
+            Request::BestRuns(_) => {
+                let list = answer.and_then(api::parse::<web::Records>);
+                self.top = list.and_then(|list| list.scenes.into_iter().next());
+            }
             Request::Run(_) => {
                 let answer = answer.and_then(api::parse::<Posted>);
                 self.said = strings::run_said(answer.as_ref());
@@ -41,6 +49,21 @@ impl Records {
             _ => return false,
         }
         true
+    }
+
+    /// Shows or hides the best runs of a scene.
+    pub fn toggle(&mut self, ctx: &mut Context, scene: &str) {
+        if self.open.take_if(|open| open == scene).is_none() {
+            self.open = Some(scene.to_owned());
+            self.top = None;
+            ctx.request(Effect::Request(Request::BestRuns(scene.to_owned())));
+        }
+    }
+
+    /// The best runs of a scene, if they are shown.
+    pub fn shown(&self, scene: &str) -> Option<&RecordTable> {
+        let is_open = self.open.as_deref() == Some(scene);
+        self.top.as_ref().filter(|table| is_open && table.scene == scene)
     }
 
     /// Submits the run if the player has just won a round alone and the server stores runs of the scene.

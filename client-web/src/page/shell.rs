@@ -53,10 +53,7 @@ impl Files {
     fn target(&self, request: &Request) -> (&'static str, String) {
         match (request, &self.0) {
             (Request::Scenes, Some(folder)) => ("GET", format!("{folder}/scenes.json")),
-            _ => {
-                let (method, path) = request.target();
-                (method, path.to_owned())
-            }
+            _ => request.target(),
         }
     }
 }

@@ -197,12 +197,17 @@ pub fn points(count: i32) -> String {
     }
 }
 
-/// The best run of a scene.
-pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
-    let result = match is_timed(table) {
+/// The result of a run.
+pub fn result(table: &RecordTable, run: &RecordCard) -> String {
+    match is_timed(table) {
         true => clock(f64::from(run.ticks), true),
         false => points(run.points),
-    };
+    }
+}
+
+/// The best run of a scene.
+pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
+    let result = result(table, run);
     let name = run.players.first().map_or("", String::as_str);
     match run.players.len() {
         0 | 1 => fill("Best: {result} by {name}", &[("result", &result), ("name", name)]),

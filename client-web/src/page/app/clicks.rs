@@ -70,6 +70,7 @@ impl App {
             PageAction::Cancel => self.visit.dialogs.question = None,
             PageAction::Notice => self.act(self.notice().map(|card| card.action)),
             PageAction::NoticeOther => self.act(self.notice().and_then(|card| Some(card.other?.1))),
+            PageAction::Records => self.records.toggle(&mut self.ctx, value),
             PageAction::EditScene => self.go_to_hash(format!("#edit={value}")),
             PageAction::EditNewScene => self.go_to_hash("#edit".to_owned()),
             PageAction::EditToggle => self.toggle_edit(),

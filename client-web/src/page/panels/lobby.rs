@@ -7,8 +7,8 @@ use crate::page::bests;
 use crate::page::lobby::Lobby;
 use crate::page::panels::round::is_raced;
 use crate::page::strings;
-use crate::page::view::View;
-use jostle_protocol::web::{ReplayCard, RoomCard, SceneCard};
+use crate::page::view::{View, word};
+use jostle_protocol::web::{RecordCard, ReplayCard, RoomCard, SceneCard};
 use jostle_sim::TICKS_PER_SECOND;
 
 /// Categories and the lists that show their scenes.
@@ -156,11 +156,27 @@ fn scene_entry(scene: &SceneCard, app: &App) -> View {
     own(best(item, app, name, scene.heroes), app, name)
 }
 
-/// Adds the player's own best.
+/// Adds the player's own best and, if they are shown, the best runs.
 fn own(item: View, app: &App, scene: &str) -> View {
+    let shown = app.records.shown(scene);
+    let runs = shown.map_or(&[][..], |table| &table.records);
+    // The server too tells runs apart by their players' names.
+    let is_own = |run: &RecordCard| run.players.iter().any(|name| **name == *app.appearance.name);
     let best = bests::best(&app.ctx.storage, scene);
     let best = best.map(|best| fill("Your best: {result}", &[("result", &best.words())]));
-    item.text_or_hide(".own", best)
+    let rank = runs.iter().position(is_own).map(|index| (index + 1).to_string());
+    let rank = rank.map(|rank| fill("You are number {rank}", &[("rank", &rank)]));
+    let text: Vec<String> = best.into_iter().chain(rank).collect();
+    let entries =
+        shown.into_iter().flat_map(|table| table.records.iter().map(move |run| (table, run)));
+    let entries = entries.map(|(table, run)| {
+        View::item("run-item", &run.name)
+            .with("", "class", if is_own(run) { "own" } else { "" })
+            .text("bdi", run.players.join(", "))
+            .text("b", strings::result(table, run))
+    });
+    item.text_or_hide(".own", Some(text.join(" \u{b7} ")).filter(|text| !text.is_empty()))
+        .list(".runs", entries)
 }
 
 /// Adds the scene's best run.
@@ -174,6 +190,8 @@ fn best(item: View, app: &App, scene: &str, heroes: bool) -> View {
             best.map_or_else(String::new, |(table, run)| strings::best_run(table, run)),
         )
         .with_or_without(".watch", "href", best.map(|(_, run)| api::watch(run)))
+        .with(".tops", "data-value", scene.to_owned())
+        .with(".tops", "aria-expanded", word(app.records.open.as_deref() == Some(scene)))
         .show(".race", race.is_some())
         .with_or_without(".race", "href", race)
 }
