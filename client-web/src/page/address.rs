@@ -4,6 +4,7 @@
 use crate::net::api::{self, query_value};
 use crate::net::scene_link;
 use crate::page::event::Address;
+use crate::world::daily;
 use crate::world::ghost::GhostWish;
 use crate::world::room_in_page::DemoRequest;
 use jostle_game::Scene;
@@ -67,6 +68,8 @@ pub enum Destination<'a> {
     Replay(&'a str, String),
     /// The scene in a link.
     Linked(&'a str, PlayOptions),
+    /// The track of the day with this date.
+    Track(u32, PlayOptions),
     /// A game with one of the site's scenes.
     Scene(PendingGame),
     /// The editor, with a built-in scene or one of the player's own.
@@ -84,6 +87,8 @@ impl<'a> Destination<'a> {
             Destination::Replay(file.rsplit('/').next().unwrap_or(file), file.to_owned())
         } else if let Some((link, wish)) = scene_link::in_hash(hash) {
             Destination::Linked(link, PlayOptions::of(wish))
+        } else if let Some(date) = daily::in_hash(hash) {
+            Destination::Track(date, PlayOptions::of(hash))
         } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
             Destination::Scene(PendingGame::Alone(name.to_owned(), PlayOptions::of(hash)))
         } else if let Some(request) = DemoRequest::parse(query) {

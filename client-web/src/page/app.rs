@@ -379,12 +379,13 @@ impl App {
         if let (Request::Rooms, Some(_), Screen::Game(game)) = (request, answer, &mut self.screen) {
             game.connection.answered();
         }
+        let is_track = self.lobby.busy && matches!(self.screen, Screen::Lobby);
         if let Request::Next(_) = request {
             let next = answer.and_then(api::parse::<Posted>).and_then(|next| next.code);
             if let (Some(code), Screen::Game(game)) = (next, &mut self.screen) {
                 game.connection.offer_next(code);
             }
-        } else if let Request::OpenGuest(text) = request {
+        } else if let (Request::OpenGuest(text), false) = (request, is_track) {
             self.take_guest_room(text, answer);
         } else if !self.records.take(&mut self.ctx, request, answer) {
             let code = self.lobby.take(&mut self.ctx, request, answer);

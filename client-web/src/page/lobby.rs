@@ -5,6 +5,7 @@ use crate::page::context::Context;
 use crate::page::event::{Effect, Form};
 use crate::page::storage::Secret;
 use crate::page::{name, strings};
+use crate::world::daily;
 use jostle_protocol::web::{Posted, ReplayCard, Replays, RoomCard, Rooms, SceneCard, Scenes};
 use jostle_protocol::{Appearance, Token};
 use serde::de::DeserializeOwned;
@@ -103,13 +104,19 @@ impl Lobby {
 
     /// Opens a room with a scene, hosted by the player.
     pub fn open(&mut self, ctx: &mut Context, scene: &str, private: bool) {
+        let request = match scene {
+            daily::CARD => Request::OpenGuest(daily::track(daily::date(ctx.day()))),
+            _ => {
+                let (scene, after) = (scene.to_owned(), ctx.closed.clone());
+                Request::Open { scene, private, after }
+            }
+        };
         if self.busy {
             return;
         }
         self.busy = true;
         self.say(strings::STARTING, false);
-        let (scene, after) = (scene.to_owned(), ctx.closed.clone());
-        ctx.request(Effect::Request(Request::Open { scene, private, after }));
+        ctx.request(Effect::Request(request));
     }
 
     /// Handles an answer from the server. Returns the code of the room to enter, if any.
@@ -142,10 +149,9 @@ impl Lobby {
                 }
             }
             Request::Records | Request::BestRuns(_) | Request::Run(_) | Request::Next(_) => {}
-            Request::Open { .. } => {
+            Request::Open { .. } | Request::OpenGuest(_) => {
                 return self.opened(ctx, answer);
             }
-            Request::OpenGuest(_) => {}
         }
         None
     }

@@ -18,6 +18,7 @@ use crate::page::screen::Screen;
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
 use crate::replay::player::ReplayPlayer;
+use crate::world::daily;
 use jostle_game::Scene;
 use jostle_game::scene::{SceneError, is_name, line_at};
 use jostle_protocol::Role;
@@ -52,6 +53,12 @@ impl App {
                 },
                 Err(error) => self.visit.dialogs.show(strings::bad_link(&error)),
             },
+            Destination::Track(date, wish) => {
+                match Scene::parse(&daily::name(date), &daily::track(date)) {
+                    Ok(scene) => self.play_alone(Arc::new(scene), wish),
+                    Err(error) => self.visit.dialogs.show(strings::bad_linked_scene(&error)),
+                }
+            }
             Destination::Scene(awaited) => {
                 let has_records =
                     matches!(awaited, PendingGame::Alone(..)) && !self.ctx.site.is_static;
@@ -200,6 +207,10 @@ impl App {
             let card = self.lobby.scenes.iter().find(|card| card.name == scene);
             let bots = if form.bots { card.map(bots_alone) } else { Some(0) };
             let bots = bots.map_or(String::new(), |bots| format!("&bots={bots}"));
+            if scene == daily::CARD {
+                let date = daily::date(self.ctx.day());
+                return self.go_to_hash(daily::hash(date) + &bots);
+            }
             let seed = self.ctx.random_bits();
             self.go_to_hash(format!("#alone={scene}{bots}&seed={seed}"));
         }

@@ -19,6 +19,7 @@ mod moments;
 mod moves;
 mod panels;
 mod replays;
+mod returns;
 mod sound;
 
 /// A page without a browser, and a room at the other end of its socket.

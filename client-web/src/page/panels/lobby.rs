@@ -8,6 +8,7 @@ use crate::page::lobby::Lobby;
 use crate::page::panels::round::is_raced;
 use crate::page::strings;
 use crate::page::view::{View, word};
+use crate::world::daily;
 use jostle_protocol::web::{RecordCard, ReplayCard, RoomCard, SceneCard};
 use jostle_sim::TICKS_PER_SECOND;
 
@@ -28,7 +29,8 @@ pub fn view(app: &App, unix_s: f64) -> View {
     let view = CATEGORIES.into_iter().fold(View::panel("lobby"), |view, (category, list)| {
         let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == category);
         let entries = on_it.map(|scene| scene_entry(scene, app));
-        view.list(list, entries)
+        let track = Some(()).filter(|()| category == "games" && !lobby.scenes.is_empty());
+        view.list(list, track.map(|()| track_entry(app)).into_iter().chain(entries))
     });
     let streaks = Some(bests::streaks(&app.ctx)).filter(|text| !text.is_empty());
     let counts = lobby.scenes.iter().any(|scene| app.records.table(&scene.name).is_some());
@@ -125,6 +127,27 @@ fn manner(scene: &SceneCard, is_static: bool) -> String {
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
+/// The card of the track of the day.
+fn track_entry(app: &App) -> View {
+    let date = daily::date(app.ctx.day());
+    let race = app.lobby.scenes.iter().find(|scene| scene.name == "race");
+    let card = SceneCard {
+        name: daily::CARD.to_owned(),
+        title: say("Track of the day").to_owned(),
+        about: fill(
+            "{date}: a new race every day, the same for everyone.",
+            &[("date", &daily::written(date))],
+        ),
+        players_max: 8,
+        heroes: true,
+        players_min: 1,
+        fill: 4,
+        picture: race.and_then(|race| race.picture.clone()),
+        ..SceneCard::default()
+    };
+    scene_entry(&card, app).show("a.edit", false)
+}
+
 fn scene_entry(scene: &SceneCard, app: &App) -> View {
     let is_static = app.ctx.site.is_static;
     let pictured = scene.picture.is_some();
@@ -162,7 +185,11 @@ fn own(item: View, app: &App, scene: &str) -> View {
     let runs = shown.map_or(&[][..], |table| &table.records);
     // The server too tells runs apart by their players' names.
     let is_own = |run: &RecordCard| run.players.iter().any(|name| **name == *app.appearance.name);
-    let best = bests::best(&app.ctx.storage, scene);
+    let name = match scene {
+        daily::CARD => &daily::name(daily::date(app.ctx.day())),
+        scene => scene,
+    };
+    let best = bests::best(&app.ctx.storage, name);
     let best = best.map(|best| fill("Your best: {result}", &[("result", &best.words())]));
     let rank = runs.iter().position(is_own).map(|index| (index + 1).to_string());
     let rank = rank.map(|rank| fill("You are number {rank}", &[("rank", &rank)]));
