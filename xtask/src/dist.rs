@@ -6,17 +6,17 @@ mod papers;
 mod program;
 mod trial;
 
-use crate::shell::{output_of, root, run, say, target_dir};
-use crate::web;
-use anyhow::{Context, Result, bail};
+use crate::shell::{in_path, output_of, root, run, say, target_dir};
+use crate::{packages, web};
+use anyhow::{Context, Result, bail, ensure};
 use program::{ReleaseTarget, TARGETS};
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Files and directories in an archive, in addition to the program and third-party licences.
-const ENCLOSED: [&str; 7] = [
+const ENCLOSED: [&str; 8] = [
     "README.md",
     "ARCHITECTURE.md",
     "CHANGELOG.md",
@@ -24,10 +24,19 @@ const ENCLOSED: [&str; 7] = [
     "LICENSE-MIT",
     "docs",
     "deploy",
+    "assets/gallery",
 ];
 
-/// Builds, tests and packs everything.
-pub fn dist() -> Result<()> {
+/// The file with the digests of all others.
+const DIGESTS: &str = "SHA256SUMS";
+/// What signatures are for, so that one made for another purpose is not valid here.
+const NAMESPACE: &str = "jostle-release";
+
+/// Builds, tests and packs everything, and signs the digests if a key is given.
+pub fn dist(key: Option<&Path>) -> Result<()> {
+    if let Some(key) = key {
+        ensure!(key.is_file(), "--sign {}: found no file", key.display());
+    }
     if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
         bail!(
             "releases are built on Linux on a 64-bit x86 machine, where both programs can be tried"
@@ -53,6 +62,9 @@ pub fn dist() -> Result<()> {
         papers::crates("cli", target.name, &out.join(format!("{}.cdx.json", name(target))))?;
     }
     digests(&out)?;
+    if let Some(key) = key {
+        sign(&out, &key.canonicalize()?)?;
+    }
     say("dist", &format!("all in {}", out.display()));
     Ok(())
 }
@@ -91,6 +103,21 @@ fn digests(out: &Path) -> Result<()> {
     let mut names = entries.collect::<Result<Vec<_>>>()?;
     names.sort();
     let sums = output_of(Command::new("sha256sum").args(names).current_dir(out))?;
-    fs::write(out.join("SHA256SUMS"), sums)?;
+    fs::write(out.join(DIGESTS), sums)?;
     Ok(())
+}
+
+/// Signs the digests with an SSH key, which may be held by an agent or a token, and checks the signature.
+fn sign(out: &Path, key: &Path) -> Result<()> {
+    if !in_path("ssh-keygen") {
+        packages::provide("signatures", &["openssh-client"])?;
+    }
+    say("dist", &format!("sign {DIGESTS}"));
+    let signature = format!("{DIGESTS}.sig");
+    let mut sign = Command::new("ssh-keygen");
+    sign.args(["-Y", "sign", "-n", NAMESPACE, "-f"]).arg(key).arg(DIGESTS);
+    run(sign.current_dir(out))?;
+    let mut check = Command::new("ssh-keygen");
+    check.args(["-Y", "check-novalidate", "-n", NAMESPACE, "-s", &signature]);
+    run(check.stdin(File::open(out.join(DIGESTS))?).current_dir(out))
 }

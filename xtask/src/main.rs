@@ -78,7 +78,11 @@ enum Task {
     },
     /// Build, test and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of
     /// crates
-    Dist,
+    Dist {
+        /// Private SSH key with which to sign the digests
+        #[arg(long, value_name = "FILE")]
+        sign: Option<PathBuf>,
+    },
     /// Check the conventions of the code base: links, dependencies, cycles, file sizes, words
     Tidy {
         /// Print figures about the size and coupling of the code instead
@@ -173,7 +177,7 @@ fn run(task: Task) -> Result<bool> {
             let profile = if dev { web::Profile::Dev } else { web::Profile::Small };
             if is_static { web::build_static(profile)? } else { web::build(profile)? }
         }
-        Task::Dist => dist::dist()?,
+        Task::Dist { sign } => dist::dist(sign.as_deref())?,
         Task::Docs => docs::docs()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
