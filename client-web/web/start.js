@@ -3,6 +3,11 @@ const play = document.getElementById("play");
 // Until the client listens, submitting the form would reload the page.
 play.disabled = true;
 
+// A page around this one may ask for the game without buttons, names and news.
+if (/[#&]bare=1/.test(location.hash)) {
+  document.documentElement.dataset.bare = "yes";
+}
+
 try {
   const { default: init, drop_socket, own_place, particle_digests, rendered_sound, state, to_page } = await import("./client.js");
   await init();

@@ -1,5 +1,5 @@
 //! The page without a server: a folder for any file host. It is the same page that the server embeds, but with relative
-//! URLs, a mark in the document, and the list of scenes as a file.
+//! URLs, a mark in the document, and the list of scenes as a file. An element next to it plays scenes in other pages.
 
 use anyhow::{Context, Result, ensure};
 use jostle_game::Scene;
@@ -10,6 +10,13 @@ use std::path::{Path, PathBuf};
 
 /// The start of the page's document.
 const ROOT: &str = "<html ";
+
+/// The element that plays scenes in other pages, and an example of such a page.
+const ELEMENT: [(&str, &str); 3] = [
+    ("jostle-scene.js", include_str!("static_page/jostle-scene.js")),
+    ("example.html", include_str!("static_page/example.html")),
+    ("example.toml", include_str!("static_page/example.toml")),
+];
 
 /// Writes the files of a page into the folder `out`, replacing its previous contents.
 pub fn write(out: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
@@ -25,7 +32,7 @@ pub fn write(out: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
     Ok(())
 }
 
-/// All files of the folder, by relative path. All except the document are in a folder named after their digest, so that
+/// All files of the folder, by relative path. All that the document uses are in a folder named after their digest, so that
 /// no browser mixes two versions.
 fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
     let text = |name: &str| {
@@ -43,6 +50,7 @@ fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>
         Path::new(&folder).join("scenes.json"),
         serde_json::to_vec(&scenes(&folder, files))?,
     );
+    site.extend(ELEMENT.map(|(name, text)| (name.into(), text.into())));
     site.insert("index.html".into(), document(text("index.html")?, &folder)?.into());
     Ok(site)
 }
@@ -81,6 +89,12 @@ mod tests {
     }
 
     #[test]
+    fn the_example_is_a_scene() {
+        let [.., (file, text)] = ELEMENT;
+        assert_eq!(Scene::parse(file, text).map(|scene| scene.title).as_deref(), Ok("Yard"));
+    }
+
+    #[test]
     fn files_lie_below_their_version_and_scenes_are_listed() {
         let page = r#"<html lang="en"><script src="/assets/v-1/start.js"></script></html>"#;
         let files = [
@@ -94,7 +108,8 @@ mod tests {
         let names: Vec<_> = site.keys().filter_map(|name| name.to_str()).collect();
         let below = ["pictures/arena.webp", "scenes.json", "start.js"];
         let below = below.map(|name| format!("assets/v-1/{name}"));
-        assert_eq!(names, [&below[..], &["index.html".to_owned()]].concat());
+        let beside = ["example.html", "example.toml", "index.html", "jostle-scene.js"];
+        assert_eq!(names, [&below[..], &beside.map(str::to_owned)].concat());
         let listed: Value = serde_json::from_slice(&site[Path::new(&below[1])]).expect("JSON");
         assert_eq!(listed["scenes"][0]["picture"], "assets/v-1/pictures/arena.webp");
         assert_eq!(listed["scenes"].as_array().map(Vec::len), Some(Scene::built_in().len()));
