@@ -6,6 +6,7 @@
 mod dist;
 mod docs;
 mod fuzz;
+mod gallery;
 mod goldens;
 mod hashes;
 #[cfg(test)]
@@ -75,6 +76,15 @@ enum Task {
         /// Also write a version that needs no server into target/static, for any file host
         #[arg(long = "static")]
         is_static: bool,
+    },
+    /// Check the scenes of the gallery, let bots play them, and draw them for a page in target/gallery
+    Gallery {
+        /// Address of the page that plays the scenes, to which the gallery links
+        #[arg(long, value_name = "ADDRESS", default_value = "../static/")]
+        page: String,
+        /// Also put the pictures next to the scenes in assets/gallery, where `jostle serve --gallery` finds them
+        #[arg(long)]
+        keep: bool,
     },
     /// Build, test and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of
     /// crates
@@ -177,6 +187,7 @@ fn run(task: Task) -> Result<bool> {
             let profile = if dev { web::Profile::Dev } else { web::Profile::Small };
             if is_static { web::build_static(profile)? } else { web::build(profile)? }
         }
+        Task::Gallery { page, keep } => gallery::gallery(&page, keep)?,
         Task::Dist { sign } => dist::dist(sign.as_deref())?,
         Task::Docs => docs::docs()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
