@@ -1,9 +1,10 @@
-//! The connection to the server: sockets, HTTP calls, reconnecting, and the clock derived from snapshots.
+//! The connection to the server: sockets over WebSockets or HTTP, HTTP calls, reconnecting, and the clock derived from snapshots.
 
 pub mod api;
 pub mod clock;
 #[cfg(target_arch = "wasm32")]
 pub mod http;
+pub mod http_stream;
 pub mod meter;
 pub mod reconnect;
 pub mod report;
