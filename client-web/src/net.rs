@@ -4,6 +4,8 @@ pub mod api;
 pub mod clock;
 #[cfg(target_arch = "wasm32")]
 pub mod http;
+#[cfg(target_arch = "wasm32")]
+mod http_socket;
 pub mod http_stream;
 pub mod meter;
 pub mod reconnect;

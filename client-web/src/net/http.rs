@@ -8,6 +8,8 @@ use web_sys::{XmlHttpRequest, XmlHttpRequestResponseType};
 
 /// Timeout for fetching a file, milliseconds.
 const FILE_TIMEOUT_MS: u32 = 60_000;
+/// Timeout for a post of a session over HTTP, milliseconds, as long as the silence after which a session is given up.
+const POST_TIMEOUT_MS: u32 = 6000;
 
 pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
     let Ok(request) = XmlHttpRequest::new() else { return done(Fetched::Nothing) };
@@ -30,6 +32,21 @@ pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
             _ => Fetched::Refused(status),
         });
     });
+    request.set_onloadend(Some(closure.unchecked_ref()));
+}
+
+/// Sends a body to an address, then calls `done` with the status of the response, or with 0 if there was none.
+pub fn post(address: &str, body: &[u8], done: impl FnOnce(u16) + 'static) {
+    let Ok(request) = XmlHttpRequest::new() else { return done(0) };
+    let sent = request.open_with_async("POST", address, true).and_then(|()| {
+        request.set_timeout(POST_TIMEOUT_MS);
+        request.send_with_opt_u8_array(Some(body))
+    });
+    if sent.is_err() {
+        return done(0);
+    }
+    let answered = request.clone();
+    let closure = Closure::once_into_js(move || done(answered.status().unwrap_or(0)));
     request.set_onloadend(Some(closure.unchecked_ref()));
 }
 

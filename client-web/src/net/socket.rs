@@ -1,9 +1,11 @@
-//! A WebSocket that reports when it opens, receives a message or closes. Other code decides when to reconnect.
+//! A socket that reports when it opens, receives a message or closes: a WebSocket, or the same over HTTP. Other code
+//! decides when to reconnect, and over which.
 //!
 //! Both directions may pass through a simulated network, which the player can enable (F4). Messages are then delayed,
 //! but stay in order.
 
 use crate::browser;
+use crate::net::http_socket::HttpSocket;
 use crate::net::report::SocketEvent;
 use crate::net::simulated_link::{NetworkConditions, SimulatedLink};
 use std::cell::{Cell, RefCell};
@@ -68,11 +70,20 @@ impl<T: 'static> OrderedChannel<T> {
     }
 }
 
-/// An open or opening WebSocket. Dropping it closes it and stops its reports.
+/// An open or opening socket. Dropping it closes it and stops its reports.
 pub struct Socket {
-    inner: WebSocket,
+    carrier: Rc<Carrier>,
     inward: Rc<OrderedChannel<SocketEvent>>,
     outward: Rc<OrderedChannel<Vec<u8>>>,
+}
+
+enum Carrier {
+    WebSocket(OpenWebSocket),
+    Http(HttpSocket),
+}
+
+struct OpenWebSocket {
+    inner: WebSocket,
     _on_open: Closure<dyn Fn(Event)>,
     _on_message: Closure<dyn Fn(MessageEvent)>,
     _on_close: Closure<dyn Fn(CloseEvent)>,
@@ -84,41 +95,25 @@ impl Socket {
     pub fn open(
         mut origin: String,
         path: &str,
+        over_http: bool,
         conditions: &Conditions,
         report: impl Fn(SocketEvent) + 'static,
     ) -> Option<Socket> {
         if origin.is_empty() {
             origin = browser::window().location().origin().ok()?;
         }
-        // `https` becomes `wss`.
-        let address = origin.strip_prefix("http")?;
-        let inner = WebSocket::new(&format!("ws{address}{path}")).ok()?;
-        inner.set_binary_type(BinaryType::Arraybuffer);
         let inward = OrderedChannel::new(1, conditions, report);
         let channel = Rc::clone(&inward);
-        let on_open = Closure::<dyn Fn(Event)>::new(move |_| channel.pass(SocketEvent::Opened));
-        let channel = Rc::clone(&inward);
-        let on_message = Closure::<dyn Fn(MessageEvent)>::new(move |event: MessageEvent| {
-            if let Ok(buffer) = event.data().dyn_into::<js_sys::ArrayBuffer>() {
-                channel.pass(SocketEvent::Message(js_sys::Uint8Array::new(&buffer).to_vec()));
-            }
+        let report = move |event| channel.pass(event);
+        let carrier = Rc::new(match over_http {
+            true => Carrier::Http(HttpSocket::open(origin, path, report)?),
+            false => Carrier::WebSocket(OpenWebSocket::open(&origin, path, report)?),
         });
-        let channel = Rc::clone(&inward);
-        let on_close = Closure::<dyn Fn(CloseEvent)>::new(move |event: CloseEvent| {
-            channel.pass(SocketEvent::Closed { code: event.code() });
-        });
-        inner.set_onopen(Some(on_open.as_ref().unchecked_ref()));
-        inner.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
-        inner.set_onclose(Some(on_close.as_ref().unchecked_ref()));
-        let socket = inner.clone();
+        let sender = Rc::downgrade(&carrier);
         let outward = OrderedChannel::new(2, conditions, move |bytes: Vec<u8>| {
-            if socket.ready_state() == WebSocket::OPEN {
-                // This fails only while connecting, which was just ruled out.
-                let _ = socket.send_with_u8_array(&bytes);
-            }
+            sender.upgrade().into_iter().for_each(|carrier| carrier.send(&bytes));
         });
-        let (_on_open, _on_message, _on_close) = (on_open, on_message, on_close);
-        Some(Socket { inner, inward, outward, _on_open, _on_message, _on_close })
+        Some(Socket { carrier, inward, outward })
     }
 
     /// Sends a message if the socket is open.
@@ -128,18 +123,68 @@ impl Socket {
 
     /// Closes the socket on purpose, so that the server can tell this from a broken connection.
     pub fn leave(self) {
-        let _ = self.inner.close_with_code(LEAVE_CODE);
+        match &*self.carrier {
+            Carrier::WebSocket(socket) => _ = socket.inner.close_with_code(LEAVE_CODE),
+            Carrier::Http(socket) => socket.leave(),
+        }
+    }
+}
+
+impl Carrier {
+    fn send(&self, bytes: &[u8]) {
+        match self {
+            // This fails only while connecting, which is ruled out.
+            Carrier::WebSocket(OpenWebSocket { inner, .. }) => {
+                if inner.ready_state() == WebSocket::OPEN {
+                    let _ = inner.send_with_u8_array(bytes);
+                }
+            }
+            Carrier::Http(socket) => socket.send(bytes),
+        }
     }
 }
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        self.inner.set_onopen(None);
-        self.inner.set_onmessage(None);
-        self.inner.set_onclose(None);
         // Delivering a message may have caused this drop, after which no more messages may be delivered.
         self.inward.waiting.borrow_mut().clear();
         self.outward.waiting.borrow_mut().clear();
+    }
+}
+
+impl OpenWebSocket {
+    fn open(
+        origin: &str,
+        path: &str,
+        report: impl Fn(SocketEvent) + Clone + 'static,
+    ) -> Option<OpenWebSocket> {
+        // `https` becomes `wss`.
+        let address = origin.strip_prefix("http")?;
+        let inner = WebSocket::new(&format!("ws{address}{path}")).ok()?;
+        inner.set_binary_type(BinaryType::Arraybuffer);
+        let [opens, receives, closes] = [report.clone(), report.clone(), report];
+        let on_open = Closure::<dyn Fn(Event)>::new(move |_| opens(SocketEvent::Opened));
+        let on_message = Closure::<dyn Fn(MessageEvent)>::new(move |event: MessageEvent| {
+            if let Ok(buffer) = event.data().dyn_into::<js_sys::ArrayBuffer>() {
+                receives(SocketEvent::Message(js_sys::Uint8Array::new(&buffer).to_vec()));
+            }
+        });
+        let on_close = Closure::<dyn Fn(CloseEvent)>::new(move |event: CloseEvent| {
+            closes(SocketEvent::Closed { code: event.code() });
+        });
+        inner.set_onopen(Some(on_open.as_ref().unchecked_ref()));
+        inner.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
+        inner.set_onclose(Some(on_close.as_ref().unchecked_ref()));
+        let (_on_open, _on_message, _on_close) = (on_open, on_message, on_close);
+        Some(OpenWebSocket { inner, _on_open, _on_message, _on_close })
+    }
+}
+
+impl Drop for OpenWebSocket {
+    fn drop(&mut self) {
+        self.inner.set_onopen(None);
+        self.inner.set_onmessage(None);
+        self.inner.set_onclose(None);
         // Redundant but harmless if the socket was already closed.
         let _ = self.inner.close();
     }

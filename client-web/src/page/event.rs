@@ -243,6 +243,8 @@ pub enum Effect {
         session: u32,
         /// Origin of the server; empty for the page's own.
         origin: String,
+        /// Whether to use HTTP instead of a WebSocket.
+        over_http: bool,
     },
     /// Sends a message if the socket is open.
     Send(Vec<u8>),

@@ -105,7 +105,7 @@ pub struct GameScreen {
 impl GameScreen {
     /// A game in a room on the server, with or without a seat.
     pub fn join(ctx: &mut Context, code: &str, appearance: Appearance, role: Role) -> GameScreen {
-        let link = Link::Server(RoomSocket::new(ctx.now_ms));
+        let link = Link::Server(RoomSocket::new(ctx.now_ms, ctx.storage.over_http()));
         let mut game = GameScreen::new(ctx, code, appearance, link);
         game.connection.role = role;
         game.connection.connect(ctx);

@@ -209,7 +209,9 @@ impl Page {
                 dom::copy_address(move |copied| events.push(Event::Copied(copied)));
             }
             Effect::FocusStage => self.views.focus_stage = true,
-            Effect::Connect { path, session, origin } => self.connect(origin, &path, session),
+            Effect::Connect { path, session, origin, over_http } => {
+                self.connect(origin, &path, over_http, session);
+            }
             Effect::Send(bytes) => self.socket.iter().for_each(|socket| socket.send(&bytes)),
             Effect::Disconnect { leaving } => match self.socket.take() {
                 Some(socket) if leaving => socket.leave(),
@@ -256,10 +258,10 @@ impl Page {
         self.events.push(Event::Sound(silence));
     }
 
-    fn connect(&mut self, origin: String, path: &str, session: u32) {
+    fn connect(&mut self, origin: String, path: &str, over_http: bool, session: u32) {
         let events = self.events;
         let report = move |event| events.push(Event::Socket(session, event));
-        self.socket = Socket::open(origin, path, &self.conditions, report);
+        self.socket = Socket::open(origin, path, over_http, &self.conditions, report);
         if self.socket.is_none() {
             events.push(Event::Socket(session, SocketEvent::Closed { code: NOT_OPENED }));
         }

@@ -19,6 +19,7 @@ pub const MUTED: &str = "jostle.muted";
 pub const CAPTIONS: &str = "jostle.captions";
 const NAME: &str = "jostle.name";
 const COLOR: &str = "jostle.color";
+const OVER_HTTP: &str = "jostle.http";
 
 /// The kinds of secrets that a tab stores for a room.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +98,25 @@ impl Storage {
             let [origin, text, base] = [origin, text, base].map(|part| part.map(str::to_owned));
             self.writes.push(Effect::StoreDraft(Draft { origin, text, base }));
         }
+    }
+
+    /// Whether this tab's newest game connection was one over HTTP.
+    pub fn over_http(&self) -> bool {
+        self.session.contains_key(OVER_HTTP)
+    }
+
+    /// Remembers for this tab whether a game connection over HTTP opened. Returns whether that is new.
+    pub fn keep_over_http(&mut self, on: bool) -> bool {
+        let value = on.then(|| "1".to_owned());
+        let before = match &value {
+            Some(value) => self.session.insert(OVER_HTTP.to_owned(), value.clone()),
+            None => self.session.remove(OVER_HTTP),
+        };
+        let is_new = before != value;
+        if is_new {
+            self.writes.push(Effect::StoreSession(OVER_HTTP.to_owned(), value));
+        }
+        is_new
     }
 
     /// This tab's secret for a room, or one that a closed tab left behind.

@@ -410,11 +410,16 @@ pub fn size(bytes: u64) -> String {
 /// Shown while the server answers requests, but no socket opens.
 pub const NO_SOCKET: Card = passing(card(
     "Joining",
-    "The server answers, but no game connection opens. A proxy has to pass on WebSocket upgrades and \
-     the headers Upgrade, Connection and Host; its operator can fix that. Still trying.",
+    "The server answers, but no game connection opens, neither a WebSocket nor one over HTTP. Switch \
+     off the private relay, VPN or proxy for this site, or ask its operator to pass on WebSocket \
+     upgrades. Still trying.",
     "Back to the lobby",
     CardAction::Lobby,
 ));
+
+/// Shown when a connection over HTTP has opened because no WebSocket does.
+pub const OVER_HTTP: &str = "WebSockets are blocked here, so the game goes over HTTP. If it feels slow, switch off the \
+     private relay, VPN or proxy for this site.";
 
 /// The card shown while joining, depending on the number of attempts so far.
 pub fn connecting(attempts: u32) -> Card {

@@ -22,7 +22,7 @@ const MOVE_MS: f64 = 1000.0;
 const PROVEN_MS: f64 = 5000.0;
 /// Silence after which a socket is abandoned, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
-/// The number of attempts without an open socket after which the page asks whether the server answers at all.
+/// The number of attempts after which neither a WebSocket nor HTTP has opened, although the server answers requests.
 const ATTEMPTS_BLOCKED: u32 = 3;
 /// Interval between pings, milliseconds.
 const PING_MS: f64 = 1000.0;
@@ -115,10 +115,12 @@ impl Connection {
         let Link::Server(socket) = &mut self.link else { return };
         socket.session = ctx.next_number();
         socket.open = true;
+        socket.has_opened = false;
         socket.opened_ms = ctx.now_ms;
         let path = format!("/{}", self.code);
+        let RoomSocket { session, over_http, .. } = *socket;
         let origin = socket.servers.current().to_owned();
-        ctx.request(Effect::Connect { path, session: socket.session, origin });
+        ctx.request(Effect::Connect { path, session, origin, over_http });
         self.status.notice = None;
         if self.status.state == State::Refused {
             self.status.state = State::Connecting;
@@ -280,12 +282,14 @@ impl Connection {
         // A server that announced its shutdown did shut down, even if its last message was lost.
         self.status.restarting |= self.status.closing_ms.take().is_some();
         if let Link::Server(socket) = &mut self.link {
+            let turn = socket.turn();
             socket.servers.lost();
             socket.lost(ctx.now_ms, ctx.random());
-            // If the server answers this, something on the way blocks sockets only.
-            if self.status.state == State::Connecting && socket.backoff.attempts >= ATTEMPTS_BLOCKED
-            {
-                ctx.request(Effect::Request(Request::Rooms));
+            match turn {
+                Turn::None => {}
+                // If the server answers this, something on the way blocks WebSockets only.
+                Turn::Ask => ctx.request(Effect::Request(Request::Rooms)),
+                Turn::Http => socket.backoff.hurry(),
             }
         }
     }
@@ -293,6 +297,9 @@ impl Connection {
     /// Notes that the server has answered a request other than the socket's.
     pub fn answered(&mut self) {
         self.status.blocked = self.attempts() >= ATTEMPTS_BLOCKED;
+        if let Link::Server(socket) = &mut self.link {
+            socket.is_answered = !socket.has_opened && socket.backoff.attempts > 0;
+        }
     }
 
     /// The notice to show while the page reconnects.
@@ -348,6 +355,10 @@ impl Connection {
         (self.status.blocked, self.is_new_look) = (false, false);
         if let Link::Server(socket) = &mut self.link {
             socket.heard_ms = ctx.now_ms;
+            (socket.has_opened, socket.is_answered) = (true, false);
+            if ctx.storage.keep_over_http(socket.over_http) && socket.over_http {
+                self.status.over_http_ms = Some(ctx.now_ms);
+            }
         }
         if self.room_in_page().is_none() && !self.watches() {
             secrets = (
@@ -463,7 +474,13 @@ pub struct RoomSocket {
     pub servers: Servers,
     /// The number of the newest session.
     pub session: u32,
+    /// Whether the newest session, and the next one, use HTTP instead of a WebSocket.
+    pub over_http: bool,
     pub open: bool,
+    /// Whether the newest session's socket has opened.
+    pub has_opened: bool,
+    /// Whether the server has answered a request since a WebSocket failed to open.
+    pub is_answered: bool,
     pub opened_ms: f64,
     /// The time of the most recent message from the server.
     pub heard_ms: f64,
@@ -477,11 +494,14 @@ pub struct RoomSocket {
 
 impl RoomSocket {
     /// A socket that is not open yet, to the page's own server.
-    pub fn new(now_ms: f64) -> RoomSocket {
+    pub fn new(now_ms: f64, over_http: bool) -> RoomSocket {
         RoomSocket {
             servers: Servers::new(String::new()),
             session: 0,
+            over_http,
             open: false,
+            has_opened: false,
+            is_answered: false,
             opened_ms: now_ms,
             heard_ms: now_ms,
             silent: false,
@@ -493,13 +513,23 @@ impl RoomSocket {
     /// Silence after which the socket is abandoned, milliseconds. The limit is shorter for a socket that does not open
     /// while another server has not been tried.
     fn silence_ms_max(&self) -> f64 {
-        let opens = self.opened_ms > self.heard_ms;
-        if opens && self.servers.has_untried() { UNTRIED_MS } else { SILENCE_MS }
+        if !self.has_opened && self.servers.has_untried() { UNTRIED_MS } else { SILENCE_MS }
     }
 
     /// Whether the server has been silent for too long since the socket was opened.
     pub fn is_silent(&self, now_ms: f64) -> bool {
         now_ms - self.heard_ms.max(self.opened_ms) > self.silence_ms_max()
+    }
+
+    /// Chooses between a WebSocket and HTTP for the next session, if the newest one, to the page's own server, did not
+    /// open. HTTP is chosen only if a WebSocket fails after the server has answered a request: a server that restarts
+    /// answers none until it accepts WebSockets, too.
+    fn turn(&mut self) -> Turn {
+        if self.has_opened || !self.servers.current().is_empty() {
+            return Turn::None;
+        }
+        self.over_http = std::mem::take(&mut self.is_answered) && !self.over_http;
+        if self.over_http { Turn::Http } else { Turn::Ask }
     }
 
     /// Records that the socket was lost or could not be opened, so that another attempt follows. `random` is uniform in
@@ -508,6 +538,16 @@ impl RoomSocket {
         let longest_ms = if self.servers.has_untried() { UNTRIED_MS } else { LONGEST_MS };
         self.backoff.lost(now_ms, random, longest_ms);
     }
+}
+
+/// What follows a socket that did not open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Turn {
+    None,
+    /// Asks whether the server answers requests at all.
+    Ask,
+    /// Tries HTTP at once.
+    Http,
 }
 
 /// The stage of a game, as given in `data-state`.
@@ -548,6 +588,8 @@ pub struct Status {
     pub notice: Option<Card>,
     /// Whether the server answers requests while the first socket does not open.
     pub blocked: bool,
+    /// The time at which the first connection over HTTP opened in this tab.
+    pub over_http_ms: Option<f64>,
     /// The time at which the first seat was taken.
     pub joined_ms: Option<f64>,
     /// The time at which the room started to move to another server.

@@ -21,6 +21,8 @@ const CAPS_LARGE_MS: f64 = 10_000.0;
 const CLIP_MS: f64 = 8000.0;
 /// How long the answer to a denied request is shown, milliseconds.
 const DENIED_MS: f64 = 5000.0;
+/// How long the page says that it uses HTTP, milliseconds.
+const OVER_HTTP_MS: f64 = 15_000.0;
 
 /// The title of the current game or replay, and the buttons for its link.
 pub fn title(app: &App) -> View {
@@ -128,12 +130,15 @@ fn cap_of(cap: &tools::Cap, lit: (Buttons, Option<Kind>), settings: &Settings) -
 /// The answers to the player's requests.
 pub fn answers(app: &App) -> View {
     let (game, now_ms) = (app.screen.game(), app.ctx.now_ms);
-    let denied_ms = game.and_then(|game| game.connection.status.denied_ms);
-    let denied = denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
+    let status = game.map(|game| &game.connection.status);
+    let is_recent = |at: Option<f64>, long| at.is_some_and(|at| now_ms - at <= long);
+    let denied = is_recent(status.and_then(|status| status.denied_ms), DENIED_MS);
+    let over_http = is_recent(status.and_then(|status| status.over_http_ms), OVER_HTTP_MS);
     let fell = |(_, news): &(usize, News)| matches!(news, News::Fell(_));
     let is_floorless = game.is_some_and(lacks_floor) && app.visit.news.lines.iter().any(fell);
     let answer = match () {
         () if denied => say("Only the host can do that, and a host can't be removed."),
+        () if over_http => say(strings::OVER_HTTP),
         () if is_floorless => say(
             "There is no floor where heroes appear, so they fall out of the world. Put a platform there.",
         ),
