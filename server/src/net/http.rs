@@ -9,20 +9,20 @@ pub mod headers;
 pub mod host;
 mod origin;
 mod page;
+pub mod posts;
 mod read;
 mod records;
 mod replays;
 pub mod response;
-pub mod stream;
+mod upgrade;
 
 pub use origin::is_proxy;
 pub use page::meant_code;
+pub use upgrade::{Opening, Upgrade};
 
 use crate::fleet::handle::Fleet;
-use crate::host::rooms::is_code;
 use crate::limits::{self, Timeouts};
 use crate::net::assets;
-use crate::net::posts::Posts;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
@@ -31,7 +31,7 @@ use hyper::server::conn::http1;
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioTimer;
 use page::{asset, page, redirect, room_page};
-use response::{Answer, TEXT, failed, packed, respond, upgrading};
+use response::{Answer, TEXT, failed, packed, respond};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,33 +39,12 @@ use std::time::Instant;
 /// Maximum number of headers in a request.
 const HTTP_HEADERS_MAX: usize = 64;
 
-/// A request that makes its connection the socket of a session.
-pub struct Upgrade {
-    /// The path without its leading slash.
-    pub code: String,
-    /// Address to which the session counts.
-    pub address: IpAddr,
-    pub opening: Opening,
-}
-
-/// What carries a session.
-pub enum Opening {
-    /// A WebSocket; the response accepts the upgrade.
-    WebSocket,
-    /// A streamed response, whose head the socket sends, and these posts.
-    Stream(Posts),
-}
-
 /// Error for a client on a banned network.
 const BANNED: &str = "the operators of this server have banned your network for a while";
 
 /// Error for a request from another site's page.
 const FOREIGN: &str = "this page belongs to another site, or a proxy changed the header Host; \
     another site can be allowed with --allow-origin";
-
-/// Advice for the operator of a proxy that breaks upgrades.
-const PROXY_HEADERS: &str =
-    "a proxy must speak HTTP/1.1 and pass on the headers Upgrade and Connection";
 
 /// Creates an HTTP/1 builder with the limits that apply to both ports.
 pub fn builder(waits: &Timeouts) -> http1::Builder {
@@ -91,7 +70,7 @@ pub async fn answer(
     }
     let address = client.ip;
     // A session limits its posts itself.
-    let admitted = match stream::queue(&request, state) {
+    let admitted = match posts::queue(&request, state) {
         Some(posts) => posts.admit(Instant::now()).then_some(None).ok_or("requests_too_fast"),
         None => state.shares.admit_request(address).map(Some),
     };
@@ -143,9 +122,9 @@ async fn route(
     }
     // A proxy that does not pass on upgrades removes two headers, but none of these.
     if upgrades || request.headers().contains_key(header::SEC_WEBSOCKET_KEY) {
-        return upgrade(&request, word, address, state);
+        return upgrade::upgrade(&request, word, address, state);
     }
-    let request = match stream::answer(request, address, state).await {
+    let request = match posts::answer(request, address, state).await {
         Ok(answered) => return answered,
         Err(other) => other,
     };
@@ -212,28 +191,6 @@ fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
     let shipped = assets::find(state.config.files, name);
     let is_shipped = shipped.is_some_and(|file| file.bytes == scene.source.as_bytes());
     (!is_shipped).then(|| respond(StatusCode::OK, TEXT, scene.source.clone()))
-}
-
-/// Accepts an upgrade for any room, because the page can learn about errors only through the socket. A path that cannot
-/// be a code becomes the empty code, which does not name a room either.
-fn upgrade(
-    request: &Request<Incoming>,
-    word: &str,
-    address: IpAddr,
-    state: &ServerState,
-) -> (Answer, Option<Upgrade>) {
-    let code = if is_code(word) { word } else { "" };
-    match upgrading(request) {
-        Ok(answer) => {
-            let opening = Opening::WebSocket;
-            (answer, Some(Upgrade { code: code.to_owned(), address, opening }))
-        }
-        Err(error) => {
-            state.refused("no_upgrade", address, format_args!("{error}; {PROXY_HEADERS}"));
-            let error = format!("no WebSocket upgrade: {error}; {PROXY_HEADERS}");
-            (failed(StatusCode::BAD_REQUEST, &error), None)
-        }
-    }
 }
 
 /// The response to an address that has sent too many requests.

@@ -231,7 +231,7 @@ where
     let (asked, posts) = (AtomicBool::new(false), AtomicBool::new(false));
     let service = service_fn(|request| {
         asked.store(true, Ordering::Relaxed);
-        posts.fetch_or(http::stream::is_post(&request), Ordering::Relaxed);
+        posts.fetch_or(http::posts::is_post(&request), Ordering::Relaxed);
         permit.set_idle(false);
         upgraded.answer(request, peer, permit, state)
     });
@@ -278,7 +278,7 @@ impl TakenBy {
         answer.body_mut().frees(permit);
         let Some(upgrade) = upgrade else { return Ok(answer) };
         if let Opening::Stream(posts) = &upgrade.opening {
-            let head = http::stream::head(answer.headers(), &posts.id());
+            let head = http::posts::head(answer.headers(), &posts.id());
             drop(answer);
             *self.lock() = Some((upgrade, head));
             return pending().await;

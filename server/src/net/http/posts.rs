@@ -2,7 +2,7 @@
 
 use super::read;
 use super::response::{Answer, busy, failed, uncached};
-use super::{Opening, Upgrade};
+use super::upgrade::{Opening, Upgrade};
 use crate::host::random;
 use crate::host::rooms::is_code;
 use crate::net::posts::{PostError, PostQueue, PostStreams};
