@@ -3,15 +3,22 @@
 
 mod aims;
 mod bot;
+mod bot_view;
+mod places;
+mod quest;
+mod skill;
+mod slinger;
 mod terrain;
+mod walker;
 
 use aims::Aims;
 use bot::Bot;
-use jostle_game::{Buttons, Game, Input, Seat, Side};
+use bot_view::BotView;
+use jostle_game::{Buttons, Game, Input, RoundInfo, Seat, Side};
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
-use jostle_sim::Rng;
 use jostle_sim::math::max;
+use jostle_sim::{Rng, Vec2};
 use terrain::Terrain;
 
 /// Number of ticks between surveys of the obstacles.
@@ -40,6 +47,8 @@ pub(crate) struct Bots {
     fill: usize,
     aims: Aims,
     terrain: Terrain,
+    /// What players see of the round, whose memory is kept between ticks.
+    round: Option<RoundInfo>,
     /// Sorted by seat.
     bots: Vec<Bot>,
     rng: Rng,
@@ -52,13 +61,17 @@ impl Bots {
         Bots::filling(game, seed, usize::from(round.fill))
     }
 
-    /// Creates bots that fill the room until this many seats are taken; `None` if `fill` is 0 or the scene has no hero.
+    /// Creates bots that fill the room until this many seats are taken; `None` if `fill` is 0 or players have neither
+    /// heroes nor a sling.
     pub fn filling(game: &Game, seed: u64, fill: usize) -> Option<Bots> {
         let scene = game.scene();
-        let hero = scene.hero.as_ref().filter(|_| fill > 0)?;
-        let terrain = Terrain::new(scene.size, hero.body.shape.half_extent());
+        if fill == 0 || scene.hero.is_none() && scene.sling.is_none() {
+            return None;
+        }
+        let half = scene.hero.as_ref().map_or(Vec2::ONE, |hero| hero.body.shape.half_extent());
+        let terrain = Terrain::new(scene.size, half);
         let (aims, rng) = (Aims::of(scene), Rng::new(seed, STREAM));
-        Some(Bots { fill, aims, terrain, bots: Vec::new(), rng })
+        Some(Bots { fill, aims, terrain, round: None, bots: Vec::new(), rng })
     }
 
     /// Number of seats that bots fill while there are not enough people.
@@ -127,8 +140,8 @@ impl Bots {
 
     /// The bot that should change teams: the first one on the largest team, if that team has at least two players more
     /// than the smallest.
-    fn out_of_balance(&self, game: &Game) -> Option<Seat> {
-        let round = game.round()?;
+    fn out_of_balance(&self) -> Option<Seat> {
+        let round = self.round.as_ref()?;
         let size = |team| round.players.iter().filter(|player| player.team == Some(team)).count();
         let teams = (0..).zip(&round.teams).filter(|(_, info)| info.is_in);
         let sizes: Vec<(usize, u8)> = teams.map(|(team, _)| (size(team), team)).collect();
@@ -140,9 +153,10 @@ impl Bots {
         of_largest.next().filter(|_| size(largest) >= smallest + 2)
     }
 
-    /// Lets bots that are ahead of the best person play more slowly, the more the further they are ahead.
-    fn ease(&mut self, game: &Game) {
-        let Some(round) = game.round() else { return };
+    /// Lets bots that are ahead of the best person play less well, the further they are ahead. They do not wait for
+    /// people who do nothing, and where all people of a team do nothing, its bots do not win for them.
+    fn ease(&mut self, game: &Game, is_idle: impl Fn(Seat) -> bool) {
+        let Some(round) = self.round.take() else { return };
         let rules = game.scene().rules.round.as_ref();
         let goal = rules.and_then(|round| round.goal.or(round.lives)).unwrap_or(EASE_POINTS) as f32;
         let gates = self.aims.gates.len().max(1) as f32;
@@ -156,30 +170,47 @@ impl Bots {
             round.side(side).map_or(0.0, |side| (side.score + side.lives) as f32 + laps)
         };
         let people = round.players.iter().map(|player| player.seat).filter(|&seat| !self.has(seat));
-        let Some(best) = people.map(standing).reduce(max) else { return };
+        let (idle, active): (Vec<Seat>, Vec<Seat>) = people.partition(|&seat| is_idle(seat));
+        let best = active.iter().map(|&seat| standing(seat)).reduce(max);
         for bot in &mut self.bots {
-            bot.ease = ((standing(bot.seat) - best) / (goal * EASE_LEAD)).clamp(0.0, 1.0);
+            let side = round.side_of(bot.seat);
+            let is_in = |people: &[Seat]| people.iter().any(|&seat| round.side_of(seat) == side);
+            let lead = best.map(|best| (standing(bot.seat) - best) / (goal * EASE_LEAD));
+            bot.waits = is_in(&idle) && !is_in(&active);
+            bot.ease(lead.map(|lead| lead.clamp(0.0, 1.0)));
+        }
+        self.round = Some(round);
+    }
+
+    /// From time to time, looks at the obstacles, and at how people do.
+    pub fn survey(&mut self, game: &Game, is_idle: impl Fn(Seat) -> bool) {
+        if self.is_due(game) {
+            game.capture_round(&mut self.round);
+            self.ease(game, is_idle);
+            self.terrain.survey(game);
         }
     }
 
-    /// All bots' inputs for the next tick, in seat order.
-    pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
-        let surveys = !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS);
-        let changes_over = if surveys { self.out_of_balance(game) } else { None };
-        if surveys {
-            self.ease(game);
+    /// Returns whether this is the tick of a survey.
+    fn is_due(&self, game: &Game) -> bool {
+        !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS)
+    }
+
+    /// Calls `take` with each bot's input for the next tick, in seat order.
+    pub fn play(&mut self, game: &Game, mut take: impl FnMut(Seat, Input)) {
+        if !self.bots.is_empty() {
+            game.capture_round(&mut self.round);
         }
-        let Bots { aims, terrain, bots, .. } = self;
-        if surveys {
-            terrain.survey(game);
-        }
-        bots.iter_mut().map(move |bot| {
-            let mut input = bot.play(game, aims, terrain);
+        let changes_over = if self.is_due(game) { self.out_of_balance() } else { None };
+        let Bots { aims, terrain, bots, round, .. } = self;
+        let view = BotView { game, round: round.as_ref(), aims };
+        for bot in bots {
+            let mut input = bot.play(&view, terrain);
             if Some(bot.seat) == changes_over {
                 input = input.with_buttons(Buttons(input.buttons().0 | Buttons::TEAM.0));
             }
-            (bot.seat, input)
-        })
+            take(bot.seat, input);
+        }
     }
 }
 

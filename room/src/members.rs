@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// Number of ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
+/// Number of ticks without a new key or pointer after which bots no longer wait for a player.
+const IDLE_TICKS: u32 = 10 * 60;
 
 /// The right to a seat. A room keeps no secrets, so the caller seals the claim in a token for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,6 +112,11 @@ impl Member {
     /// Returns true if a claim with this serial number restores the seat.
     pub fn answers_to(&self, serial: u64) -> bool {
         self.serial == serial || self.serial_before == Some(serial)
+    }
+
+    /// Returns whether the player has done nothing for a while.
+    pub fn is_idle(&self, tick: u32) -> bool {
+        tick.saturating_sub(self.intent.1) > IDLE_TICKS
     }
 
     /// Hands the seat to a new session that presented the claim `serial_before`.

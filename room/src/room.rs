@@ -215,12 +215,16 @@ impl Room {
     }
 
     fn take_inputs(&mut self) {
-        if let Some(bots) = &mut self.members.bots {
-            for (seat, input) in bots.play(&self.game) {
-                if let Some(member) = self.members.seats.get_mut(&seat) {
+        let Members { bots, seats, .. } = &mut self.members;
+        if let Some(bots) = bots {
+            let tick = self.game.tick_count();
+            let is_idle = |seat| seats.get(&seat).is_some_and(|member| member.is_idle(tick));
+            bots.survey(&self.game, is_idle);
+            bots.play(&self.game, |seat, input| {
+                if let Some(member) = seats.get_mut(&seat) {
                     member.inputs.push_next(input);
                 }
-            }
+            });
         }
         self.inputs.clear();
         let members = self.members.seats.iter_mut();

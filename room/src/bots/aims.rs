@@ -1,7 +1,8 @@
 //! The goals that a scene's rules give to bots.
 
+use super::quest::Quest;
 use jostle_game::scene::{
-    Condition, Each, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea, ZoneSpec,
+    Condition, Each, Placed, RuleSpec, SignalKind, Step, To, Trigger, ZoneArea, ZoneSpec,
 };
 use jostle_game::{Scene, Tools};
 use jostle_sim::Vec2;
@@ -19,6 +20,12 @@ pub struct Aims {
     pub fetches: Vec<Errand>,
     /// Things that belong in a zone, and that a touch sends back there.
     pub guards: Vec<Errand>,
+    /// Zones that heroes should touch in order.
+    pub quests: Vec<Quest>,
+    /// Groups of bodies that are worth touching, as a bit set.
+    pub coins: u32,
+    /// Groups of bodies that a sling should break, as a bit set.
+    pub targets: u32,
     /// Whether dye packs can be fired.
     pub shoots: bool,
 }
@@ -76,9 +83,12 @@ impl Aims {
             gates: gates.into_iter().next().unwrap_or_default(),
             hill: rules.rules.iter().find_map(held),
             shoots: scene.tools.contains(Tools::LAUNCH),
+            quests: Quest::all(scene),
+            coins: coins(scene),
+            targets: targets(scene),
             ..Aims::default()
         };
-        let heroes = scene.hero.as_ref().map_or(0, |hero| 1 << hero.body.group);
+        let heroes = heroes(scene);
         for goal in rules.rules.iter().flat_map(|rule| goals(scene, heroes, rule)) {
             let touched = |is_meant: fn(&RuleSpec) -> bool| {
                 let touches = |rule: &&RuleSpec| {
@@ -98,6 +108,44 @@ impl Aims {
             }
         }
         aims
+    }
+}
+
+/// The group of heroes, as a bit set.
+fn heroes(scene: &Scene) -> u32 {
+    scene.hero.as_ref().map_or(0, |hero| 1 << hero.body.group)
+}
+
+/// The groups of bodies for whose touch heroes get something.
+fn coins(scene: &Scene) -> u32 {
+    let heroes = heroes(scene);
+    let groups = scene.rules.rules.iter().filter_map(|rule| match rule.occasion {
+        Trigger::Touch(a, b) if rule.effects.score > 0 || rule.effects.end == Some(true) => {
+            Some((1 << a | 1 << b) & !heroes).filter(|_| (heroes >> a | heroes >> b) & 1 == 1)
+        }
+        _ => None,
+    });
+    groups.fold(0, |all, group| all | group)
+}
+
+/// The groups of bodies that must break to win, or otherwise those that are worth most.
+fn targets(scene: &Scene) -> u32 {
+    let points = |body: &Placed| body.breaks.map_or(0, |breaks| breaks.points);
+    let most = scene.bodies.iter().map(points).max().unwrap_or(0);
+    let groups = |is_meant: &dyn Fn(&Placed) -> bool| {
+        let bodies = scene.bodies.iter().filter(|body| body.breaks.is_some() && is_meant(body));
+        bodies.fold(0, |all, body| all | 1u32 << body.def.group)
+    };
+    let wins = scene.rules.rules.iter().filter(|rule| rule.effects.end == Some(true));
+    let emptied = wins.fold(0, |all, rule| match &rule.occasion {
+        Trigger::On(condition) => all | condition.off.zones,
+        _ => all,
+    });
+    let zones = (0..).zip(&scene.rules.zones).filter(|(index, _)| emptied >> index & 1 == 1);
+    let who = zones.fold(0, |all, (_, zone): (u64, &ZoneSpec)| all | zone.who);
+    match groups(&|body| who >> body.def.group & 1 == 1) {
+        0 => groups(&|body| points(body) == most),
+        groups => groups,
     }
 }
 

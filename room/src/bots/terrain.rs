@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 /// Maximum number of columns and rows.
 const CELLS_MAX: f32 = 64.0;
-/// Number of cells that a bot looks ahead on its path.
-const AHEAD: usize = 3;
+/// Maximum number of cells that a bot looks ahead on its path.
+const AHEAD: usize = 16;
 const FAR: u16 = u16::MAX;
 
 /// A grid over the world that marks where a hero's centre cannot be.
@@ -65,6 +65,11 @@ impl Terrain {
         }
     }
 
+    /// Returns whether a hero can be at a point.
+    pub fn is_free(&self, point: Vec2) -> bool {
+        !self.blocked[self.index(point)]
+    }
+
     /// Returns whether no obstacle lies between two points.
     pub fn is_open(&self, from: Vec2, to: Vec2) -> bool {
         let steps = (from.distance(to) / self.cell.x) as u32 + 1;
@@ -74,8 +79,11 @@ impl Terrain {
         })
     }
 
-    /// The next waypoint on the way to a destination.
+    /// The next waypoint on the way to a destination: the furthest point of the path to which nothing is in the way.
     pub fn next(&mut self, from: Vec2, to: Vec2) -> Vec2 {
+        if self.is_open(from, to) {
+            return to;
+        }
         let (start, goal) = (self.index(from), self.index(to));
         self.search(goal, start);
         let mut at = start;
@@ -84,6 +92,9 @@ impl Terrain {
             if self.steps[next] >= self.steps[at] {
                 // Either the goal is reached, or the grid has no path.
                 return if step == 0 { to } else { self.middle(at) };
+            }
+            if step > 0 && !self.is_open(from, self.middle(next)) {
+                break;
             }
             at = next;
         }

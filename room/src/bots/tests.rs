@@ -117,14 +117,27 @@ fn a_bot_gives_up_the_colour_that_a_player_chose() {
 
 #[test]
 fn bots_make_room_in_the_team_that_needs_a_player() {
-    let mut room = Room::new("test", scene("hockey"), 1);
-    for people in 1..=6usize {
+    for name in ["hockey", "flags", "roundup"] {
+        let mut room = Room::new("test", scene(name), 1);
+        for people in 1..=6usize {
+            join(&mut room);
+            ticks(&mut room, 3);
+            assert_eq!(room.bots(), 4usize.saturating_sub(people), "{name}, beside {people}");
+            let teams = teams(&room);
+            let left = teams.iter().filter(|team| **team == Some(0)).count();
+            assert!(teams.len() - left <= left && left <= teams.len() - left + 1, "{teams:?}");
+        }
+    }
+}
+
+#[test]
+fn a_game_of_teams_waits_for_nobody() {
+    for name in ["flags", "roundup", "pong"] {
+        let mut room = Room::new("test", scene(name), 1);
         join(&mut room);
-        ticks(&mut room, 3);
-        assert_eq!(room.bots(), 4usize.saturating_sub(people), "beside {people}");
-        let teams = teams(&room);
-        let left = teams.iter().filter(|team| **team == Some(0)).count();
-        assert!(teams.len() - left <= left && left <= teams.len() - left + 1, "{teams:?}");
+        ticks(&mut room, 4 * SECOND);
+        let round = room.game().round().expect("a round");
+        assert_eq!(round.phase, RoundPhase::Running, "{name}");
     }
 }
 
@@ -252,7 +265,7 @@ struct Match {
 fn play_match(name: &str, players: u16, seed: u64) -> Match {
     let scene = scene(name);
     let mut game = Game::new(Arc::clone(&scene), seed);
-    let mut bots = Bots::of(&game, seed).expect("a scene with bots");
+    let mut bots = Bots::filling(&game, seed, usize::from(players)).expect("a scene with bots");
     let (scene_name, source) = (scene.name.clone(), scene.source.clone());
     let start = Start { scene_name, scene: source, seed, ..Start::default() };
     let mut log = GameLog::new(start, false, &game, Vec::new());
@@ -264,7 +277,9 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
         game.join(seat);
     }
     loop {
-        let inputs: Vec<(Seat, Input)> = bots.play(&game).collect();
+        bots.survey(&game, |_| false);
+        let mut inputs = Vec::new();
+        bots.play(&game, |seat, input| inputs.push((seat, input)));
         game.tick(&inputs);
         log.tick(std::mem::take(&mut changes), &inputs, &game, Vec::new);
         let round = game.round().expect("a round");
@@ -275,6 +290,95 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
         }
         assert!(game.tick_count() < 1200 * SECOND, "{name} has no end");
     }
+}
+
+/// Number of rounds, of ten, that bots win where all players are one crew.
+fn rounds_won(name: &str, players: u16) -> usize {
+    (0..10).filter(|&seed| !play_match(name, players, seed).winners.is_empty()).count()
+}
+
+#[test]
+fn bots_win_what_a_crew_plays() {
+    for (name, players, least) in
+        [("lamp", 1, 9), ("slingshot", 1, 3), ("herd", 2, 3), ("lock", 1, 3)]
+    {
+        let won = rounds_won(name, players);
+        println!("{name}: {players} bots won {won} rounds of 10");
+        assert!(won >= least, "{name}: {players} bots won only {won} rounds");
+    }
+}
+
+/// A stranger's scene: a plate takes a door away for a while, and behind it lies what is worth a point.
+const CELLAR: &str = r#"
+title = "Cellar"
+size = [200, 100]
+tools = ["steer"]
+groups = ["hero", "platform", "coin"]
+pairs = [["hero", "platform"], ["hero", "coin"]]
+
+[round]
+goal = 2
+countdown = 0
+fill = 2
+
+[hero]
+size = [8, 10]
+spawns = [[20, 20], [35, 20]]
+
+[[bodies]]
+kind = "wall"
+position = [100, -6]
+size = [240, 20]
+
+[[bodies]]
+kind = "wall"
+position = [120, 52]
+size = [6, 96]
+while = "!open"
+
+[[bodies]]
+kind = "block"
+group = "coin"
+position = [180, 30]
+radius = 4
+
+[[zones]]
+name = "plate"
+area = [[50, 60], [70, 80]]
+
+[[zones]]
+name = "cell"
+area = [[150, 40], [170, 60]]
+
+[[signals]]
+name = "open"
+when = "plate"
+stays = 20
+
+[[rules]]
+touch = ["hero", "coin"]
+score = 1
+
+[[rules]]
+enter = "cell"
+score = 1
+"#;
+
+#[test]
+fn bots_play_a_scene_that_they_do_not_know() {
+    let scene = Scene::parse("cellar.toml", CELLAR).unwrap_or_else(|error| panic!("{error}"));
+    let mut room = Room::new("test", Arc::new(scene), 1);
+    let ann = join(&mut room);
+    let phase = |room: &Room| room.game().round().expect("a round").phase;
+    for _ in 0..60 * SECOND {
+        ticks(&mut room, 1);
+        if phase(&room) == RoundPhase::Over {
+            break;
+        }
+    }
+    let round = room.game().round().expect("a round");
+    assert_eq!(round.phase, RoundPhase::Over);
+    assert!(!round.winners.contains(&Side::Player(ann)), "{:?}", round.winners);
 }
 
 /// Number of matches for each game; `--nocapture` prints each side's wins.

@@ -1,0 +1,228 @@
+//! Where a bot wants to be: the place that the rules reward most.
+
+use super::aims::{Errand, Goal, middle, nearest_inside};
+use super::bot::Bot;
+use super::bot_view::{BotView, OwnHero};
+use super::terrain::Terrain;
+use jostle_game::scene::{Need, ZoneSpec};
+use jostle_sim::math::max;
+use jostle_sim::{BodyId, Vec2};
+
+/// Distance from a ball within which an obstacle does not keep a bot from reaching it, world units.
+const NEAR_SIDE: f32 = 22.0;
+/// How far beyond a gate a bot aims, so that it does not slow down in it, world units.
+const THROUGH: f32 = 25.0;
+/// Detour that a bot accepts for a robot which no mate is closer to, world units.
+const MATES_ROBOT: f32 = 60.0;
+/// Detour that a bot accepts for a robot which is not in another team's zone, or which is in one that is nearly full,
+/// world units.
+const RIVALS_ROBOT: f32 = 200.0;
+
+impl Bot {
+    /// The place to be at.
+    pub(super) fn place(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Vec2 {
+        let scene = view.game.scene();
+        if let Some(&zone) = view.aims.gates.get(self.memory.gate) {
+            // Through the gate, not only up to it.
+            let near = nearest_inside(zone_of(view, zone), scene.size, own.at);
+            return near + (near - own.at).normalize_or_zero() * THROUGH;
+        }
+        if let Some(zone) = view.aims.hill.filter(|_| self.ease < 1.0) {
+            let spread = Vec2::new(self.miss().x * 2.0, 0.0);
+            return middle(zone_of(view, zone), scene.size) + spread;
+        }
+        let place = self.place_of_errand(view, own);
+        let place = place.or_else(|| self.place_of_herder(view, terrain, own));
+        let place = place.or_else(|| self.place_at_ball(view, terrain, own));
+        let place = place.or_else(|| self.place_of_quest(view, own));
+        if let Some(place) = place.or_else(|| self.place_of_coin(view, own)) {
+            return place;
+        }
+        let is_bored = self.rng.below(40) == 0;
+        let roams_to = &mut self.memory.roams_to;
+        if is_bored || roams_to.is_none_or(|place| place.distance(own.at) < 20.0) {
+            let (x, y) = (self.rng.range(0.1, 0.9), self.rng.range(0.1, 0.8));
+            *roams_to = Some(Vec2::new(x, y) * scene.size);
+        }
+        roams_to.unwrap_or(own.at)
+    }
+
+    /// Where to carry a thing that belongs elsewhere, where to get it, or where a thing is that must be sent back.
+    fn place_of_errand(&mut self, view: &BotView, own: &OwnHero) -> Option<Vec2> {
+        let (game, world) = (view.game, view.game.world());
+        let is_own = |errand: &&Errand| errand.team.is_none() || errand.team == own.team;
+        let fetch = view.aims.fetches.iter().find(is_own)?;
+        let home = middle(zone_of(view, fetch.zone), game.scene().size);
+        let (thing, _) = view.nearest_ball(fetch.things, own.at)?;
+        let lost = view.aims.guards.iter().filter(is_own).find_map(|guard| {
+            let (at, velocity) = view.nearest_ball(guard.things, own.at)?;
+            (!zone_of(view, guard.zone).holds(at)).then_some(at + velocity * 0.2)
+        });
+        let is_thing = |id: BodyId| fetch.things >> world.group(id) & 1 == 1;
+        let carriers = game.players().filter(|player| player.carried.is_some_and(is_thing));
+        let carrier = carriers.map(|player| player.seat).next();
+        let has_mates = view.mates(self.seat).next().is_some();
+        Some(match (carrier, lost) {
+            // The thing, not the hero, has to be in the zone. It waits there while mates fetch what is lost.
+            (Some(seat), lost) if seat == self.seat && (lost.is_none() || has_mates) => {
+                home - (thing - own.at)
+            }
+            (Some(_), Some(lost)) => lost,
+            (Some(_), None) => home,
+            (None, Some(lost)) if self.guards(view, own) => lost,
+            (None, Some(lost)) if lost.distance(own.at) < thing.distance(own.at) => lost,
+            (None, _) => thing,
+        })
+    }
+
+    /// Returns whether the bot is one of the defenders, which every second player of a team is.
+    fn guards(&self, view: &BotView, own: &OwnHero) -> bool {
+        let mates = view.round.iter().flat_map(|round| &round.players);
+        mates.filter(|mate| mate.team == own.team && mate.seat < self.seat).count() % 2 == 1
+    }
+
+    /// A place from which to shove a ball into a zone that keeps it.
+    fn place_of_herder(
+        &mut self,
+        view: &BotView,
+        terrain: &Terrain,
+        own: &OwnHero,
+    ) -> Option<Vec2> {
+        let (scene, world) = (view.game.scene(), view.game.world());
+        let goal = view.aims.goals.iter().find(|goal| goal.keeps && goal.is_good_for(own.team))?;
+        let zone = zone_of(view, goal.zone);
+        let is_out = |id: BodyId| {
+            let at = world.position(id);
+            !zone.holds(at) || nearest_inside(zone, scene.size, at).distance(at) > 6.0
+        };
+        let half = |id: BodyId| world.shape(id).half_extent();
+        let reach = |id: BodyId| max(half(own.hero).x, half(own.hero).y) + half(id).x + 3.0;
+        let aim_of = |id: BodyId| {
+            let (at, reach) = (world.position(id), reach(id));
+            let aim = (nearest_inside(zone, scene.size, at) - at).normalize_or_zero();
+            // Along a wall, where there is no room behind the ball.
+            let along = [Vec2::new(aim.x, 0.0), Vec2::new(0.0, aim.y)].map(Vec2::normalize_or_zero);
+            let mut ways = [aim, along[0], along[1]].into_iter();
+            ways.find(|&way| way != Vec2::ZERO && terrain.is_free(at - way * reach))
+        };
+        if self.rng.below(60) == 0 {
+            self.memory.herds = None;
+        }
+        let is_done = |id| !world.contains(id) || !is_out(id) || aim_of(id).is_none();
+        self.memory.herds.take_if(|&mut id| is_done(id));
+        if self.memory.herds.is_none() {
+            let theirs = view.aims.goals.iter().filter(|other| other.keeps);
+            let theirs: Vec<&ZoneSpec> = theirs
+                .filter(|other| !other.is_good_for(own.team))
+                .map(|other| zone_of(view, other.zone))
+                .collect();
+            let is_nearly_full = |zone: &ZoneSpec| {
+                let inside = view.balls(goal.balls).filter(|&id| zone.holds(world.position(id)));
+                matches!(zone.need, Need::Count(need) if inside.count() + 1 >= need as usize)
+            };
+            let mates: Vec<Vec2> =
+                view.mates(self.seat).map(|(_, hero)| world.position(hero)).collect();
+            let cost = |id: BodyId| {
+                let at = world.position(id);
+                let miss = own.at.distance(at);
+                let is_mates = mates.iter().any(|mate| mate.distance(at) < miss);
+                let theirs = theirs.iter().find(|zone| zone.holds(at));
+                miss + nearest_inside(zone, scene.size, at).distance(at)
+                    + if is_mates { MATES_ROBOT } else { 0.0 }
+                    + match theirs {
+                        Some(zone) if is_nearly_full(zone) => -RIVALS_ROBOT,
+                        Some(_) => RIVALS_ROBOT,
+                        None => 0.0,
+                    }
+            };
+            let outside = view.balls(goal.balls).filter(|&id| is_out(id) && aim_of(id).is_some());
+            self.memory.herds = outside.min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
+        }
+        let ball = self.memory.herds?;
+        let at = world.position(ball) + world.velocity(ball) * 0.1;
+        Some(place_behind(own, at, aim_of(ball)?, reach(ball)))
+    }
+
+    /// A place behind the ball, or beyond it so that the bot hits it. The team's player nearest to the ball attacks;
+    /// the others stay between the ball and their own goal.
+    fn place_at_ball(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Option<Vec2> {
+        let (scene, team) = (view.game.scene(), own.team);
+        let attacked = view.aims.goals.iter().find(|goal| goal.is_good_for(team))?;
+        let goal = |goal: &Goal| middle(zone_of(view, goal.zone), scene.size);
+        let (ball, velocity) = view.nearest_ball(attacked.balls, own.at)?;
+        let defended = view.aims.goals.iter().find(|goal| !goal.is_good_for(team));
+        let late = (own.at.distance(ball) / 110.0).clamp(0.0, 0.5);
+        let ball = ball + velocity * late;
+        if let Some(home) = defended.map(goal) {
+            let near_side = ball + (own.at - ball).clamp_length_max(NEAR_SIDE);
+            let is_far = !terrain.is_open(own.at, near_side);
+            if is_far || (self.guards(view, own) && own.at.distance(ball) > 45.0) {
+                let share = if self.guards(view, own) { 0.25 } else { 0.4 };
+                return Some(home.lerp(ball, share));
+            }
+        }
+        let miss = self.miss();
+        let aim = (goal(attacked) + miss * 2.0 - ball).normalize_or_zero();
+        Some(place_behind(own, ball, aim, 16.0) + miss * 0.3)
+    }
+
+    /// The next zone to touch.
+    fn place_of_quest(&mut self, view: &BotView, own: &OwnHero) -> Option<Vec2> {
+        let is_own = |team: Option<u8>| team.is_none() || team == own.team;
+        let quest = view.aims.quests.iter().find(|quest| is_own(quest.team))?;
+        let (world, size) = (view.game.world(), view.game.scene().size);
+        let touches = |hero: BodyId, zone: &ZoneSpec| {
+            let (at, half) = (world.position(hero), world.shape(hero).half_extent());
+            let reach = if zone.touch { half } else { Vec2::ZERO };
+            zone.holds(at + (middle(zone, size) - at).clamp(-reach, reach))
+        };
+        let mut step = self.memory.step;
+        if let Some(at) = quest.steps.get(step) {
+            let zone = zone_of(view, at.zone);
+            let mates = view.mates(self.seat).map(|(_, hero)| hero);
+            if mates.chain([own.hero]).any(|hero| touches(hero, zone)) {
+                step += 1;
+                let ends = at.lasts.map(|ticks| view.game.tick_count() + ticks);
+                self.memory.ends = ends.or(self.memory.ends);
+            }
+        }
+        step = quest.resume(step, view.round);
+        let is_late = self.memory.ends.is_some_and(|ends| view.game.tick_count() > ends);
+        if let Some(at) = quest.steps.get(step).filter(|step| is_late && step.is_of_order()) {
+            (step, self.memory.ends) = (at.first, None);
+        }
+        let last = quest.steps.last().map(|last| zone_of(view, last.zone));
+        if step >= quest.steps.len() && !last.is_some_and(|zone| touches(own.hero, zone)) {
+            // What was won once can be won again.
+            step = 0;
+        }
+        self.memory.step = step;
+        quest.steps.get(step).map(|step| middle(zone_of(view, step.zone), size))
+    }
+
+    /// The nearest thing that is worth touching.
+    fn place_of_coin(&self, view: &BotView, own: &OwnHero) -> Option<Vec2> {
+        let world = view.game.world();
+        let coins = view.game.bodies().filter(|body| view.aims.coins >> body.group & 1 == 1);
+        let coins = coins.map(|body| world.position(body.id));
+        coins.min_by(|a, b| a.distance(own.at).total_cmp(&b.distance(own.at)))
+    }
+}
+
+/// A place behind a ball that is to move along `aim`, or beyond the ball once the bot is behind it.
+fn place_behind(own: &OwnHero, ball: Vec2, aim: Vec2, reach: f32) -> Vec2 {
+    let off = own.at - ball;
+    if off.normalize_or_zero().dot(aim) < -0.85 {
+        ball + aim * 50.0
+    } else if off.dot(aim) > 0.0 {
+        // The bot flies around the ball.
+        let side = aim.perp() * if aim.perp_dot(off) < 0.0 { -reach } else { reach };
+        ball + side - aim * reach
+    } else {
+        ball - aim * reach
+    }
+}
+
+fn zone_of<'a>(view: &BotView<'a>, zone: u8) -> &'a ZoneSpec {
+    &view.game.scene().rules.zones[usize::from(zone)]
+}
