@@ -258,6 +258,8 @@ fn verify(bytes: Vec<u8>) {
 struct Match {
     ticks: u32,
     winners: Vec<Side>,
+    /// The points of each player.
+    scores: Vec<i32>,
     bytes: Vec<u8>,
 }
 
@@ -286,7 +288,8 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
         if round.phase == RoundPhase::Over {
             let mut bytes = header();
             log.recording_end(&game).iter().for_each(|record| bytes.extend(record.seal()));
-            return Match { ticks: game.tick_count(), winners: round.winners, bytes };
+            let scores = round.players.iter().map(|player| player.side.score).collect();
+            return Match { ticks: game.tick_count(), winners: round.winners, scores, bytes };
         }
         assert!(game.tick_count() < 1200 * SECOND, "{name} has no end");
     }
@@ -403,4 +406,11 @@ fn bots_play_every_game_to_its_end_and_their_replays_verify() {
         let seconds = ticks / MATCHES / u64::from(SECOND);
         println!("{name}: {MATCHES} matches, {seconds} s each, won {won:?}");
     }
+}
+
+#[test]
+fn bots_finish_a_race_after_the_first() {
+    let played = play_match("race", 4, 3);
+    let home = played.scores.iter().filter(|&&laps| laps == 3).count();
+    assert!(played.winners.len() == 1 && home >= 3, "{:?}", played.scores);
 }
