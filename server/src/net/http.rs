@@ -89,7 +89,10 @@ pub async fn answer(
             (too_many(), None)
         }
     };
-    state.protection.add_to(answer.headers_mut());
+    // The answer to a post contains nothing to protect, and comes up to 60 times a second.
+    if answer.status() != StatusCode::NO_CONTENT {
+        state.protection.add_to(answer.headers_mut());
+    }
     (answer, upgrade)
 }
 
