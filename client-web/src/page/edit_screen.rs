@@ -215,7 +215,11 @@ impl EditScreen {
             }
             ("?", ..) => return KeyUse::Action(PageAction::Help),
             ("delete" | "backspace", ..) => EditorEvent::Deleted,
-            ("escape", ..) => EditorEvent::Deselected,
+            ("escape", ..) => {
+                self.editor.update(ctx.now_ms, EditorEvent::Deselected);
+                // The browser closes the menu of templates.
+                return KeyUse::when(key.focus != Focus::Button);
+            }
             ("tab", _, back) if key.focus == Focus::Elsewhere => {
                 return KeyUse::when(self.tab(ctx.now_ms, back));
             }

@@ -87,6 +87,11 @@ fn new_begins_with_a_template_and_is_undone() {
         assert_eq!(text(&browser), SCENE);
     }
     browser.say(clicked("edit-new", "nonsense"));
+    // Escape on a button is left to the browser, which closes the menu.
+    for (focus, is_ours) in [(Focus::Button, false), (Focus::Elsewhere, true)] {
+        let effects = browser.say(Event::KeyDown(Key { focus, ..key("Escape", "Escape") }));
+        assert_eq!(has(&effects, "PreventDefault"), is_ours);
+    }
     assert_eq!(text(&browser), SCENE);
 }
 
