@@ -61,10 +61,14 @@ impl Session {
         target_id: &str,
     ) -> Result<(Session, mpsc::UnboundedReceiver<Event>)> {
         let params = json!({"targetId": target_id, "flatten": true});
-        let id = text(&self.call("Target.attachToTarget", params).await?, "sessionId")?;
+        Ok(self.attached(text(&self.call("Target.attachToTarget", params).await?, "sessionId")?))
+    }
+
+    /// The session with this identifier, to a page or frame that the browser attached to.
+    pub fn attached(&self, id: String) -> (Session, mpsc::UnboundedReceiver<Event>) {
         let (sender, events) = mpsc::unbounded_channel();
         lock(&self.pending).events.insert(id.clone(), sender);
-        Ok((Session { id: Some(id), ..self.clone() }, events))
+        (Session { id: Some(id), ..self.clone() }, events)
     }
 
     /// Sends a command and waits for the response; fails with the browser's message if the command is refused.

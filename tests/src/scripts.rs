@@ -80,6 +80,13 @@ pub const HASTE: &str = r#"(() => {
     };
 })()"#;
 
+/// A script for [`Tab::before_load`](crate::tab::Tab::before_load) that takes the page's storage away, as browsers do in
+/// the frames of other sites.
+pub const NO_STORAGE: &str = r#"for (const name of ['localStorage', 'sessionStorage'])
+    Object.defineProperty(window, name, {get() {
+        throw new DOMException('Access is denied for this document.', 'SecurityError');
+    }});"#;
+
 /// Waits for several frames, since a slow renderer shows a page with a delay.
 pub const FRAMES: &str = "(async () => { for (let frame = 0; frame < 20; frame += 1) \
     await new Promise(requestAnimationFrame); return true; })()";

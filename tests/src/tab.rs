@@ -10,6 +10,7 @@ use crate::server::LONG;
 use crate::state::{Recorded, State};
 use anyhow::{Context, Result, bail};
 use data_encoding::BASE64;
+use futures_util::future::try_join_all;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -63,6 +64,8 @@ pub struct Tab {
     errors: Arc<Mutex<Vec<String>>>,
     /// Identifier of the most recently loaded document.
     loaded: watch::Receiver<String>,
+    /// Session of the newest frame of another site.
+    framed: watch::Receiver<String>,
 }
 
 impl Tab {
@@ -74,7 +77,8 @@ impl Tab {
     ) -> Result<Tab> {
         let errors = Arc::default();
         let (loads, loaded) = watch::channel(String::new());
-        tokio::spawn(listen(events, loads, Arc::clone(&errors)));
+        let (frames, framed) = watch::channel(String::new());
+        tokio::spawn(listen(events, [loads, frames], Arc::clone(&errors)));
         let touch = screen.touch;
         for (method, params) in [
             ("Page.enable", json!({})),
@@ -88,7 +92,38 @@ impl Tab {
         ] {
             session.call(method, params).await?;
         }
-        Ok(Tab { session, screen, errors, loaded })
+        Ok(Tab { session, screen, errors, loaded, framed })
+    }
+
+    /// Opens a page and returns the frame of another site in it, which runs a script before its own ones. Keys and the
+    /// mouse reach the frame only through the page around it.
+    pub async fn go_to_frame(&self, link: &str, script: &str) -> Result<Tab> {
+        let params = json!({"autoAttach": true, "waitForDebuggerOnStart": true, "flatten": true});
+        self.session.call("Target.setAutoAttach", params).await?;
+        // The page counts as loaded only once its frame is.
+        let (frame, ()) = tokio::try_join!(self.frame(script), self.go(link))?;
+        Ok(frame)
+    }
+
+    async fn frame(&self, script: &str) -> Result<Tab> {
+        let mut framed = self.framed.clone();
+        let id = tokio::time::timeout(LONG, framed.wait_for(|id| !id.is_empty())).await;
+        let id = id.context("no frame of another site")?.context("the page is gone")?.clone();
+        let (session, events) = self.session.attached(id);
+        let (loads, loaded) = watch::channel(String::new());
+        let (frames, framed) = watch::channel(String::new());
+        tokio::spawn(listen(events, [loads, frames], Arc::clone(&self.errors)));
+        let frame = Tab { session, loaded, framed, ..self.clone() };
+        // A frame that waits for the last command may not answer the others before.
+        let calls = [
+            ("Page.enable", json!({})),
+            ("Runtime.enable", json!({})),
+            ("Log.enable", json!({})),
+            ("Page.addScriptToEvaluateOnNewDocument", json!({"source": script})),
+            ("Runtime.runIfWaitingForDebugger", json!({})),
+        ];
+        try_join_all(calls.map(|(method, params)| frame.session.call(method, params))).await?;
+        Ok(frame)
     }
 
     /// Navigates to a URL and waits until the page is loaded.
@@ -470,6 +505,18 @@ impl Tab {
         self.errors.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// Waits until the console shows such an error.
+    pub async fn until_error(&self, test: impl Fn(&str) -> bool) -> Result<()> {
+        let deadline = Instant::now() + LONG;
+        while !self.errors().iter().any(|error| test(error)) {
+            if Instant::now() > deadline {
+                bail!("no such error in {} s, but {:?}", LONG.as_secs(), self.errors());
+            }
+            tokio::time::sleep(ASK_EVERY).await;
+        }
+        Ok(())
+    }
+
     /// Discards errors that a test caused on purpose.
     pub fn ignore_errors(&self, expected: impl Fn(&str) -> bool) {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
@@ -494,16 +541,21 @@ fn number_of(key: &str) -> i64 {
     }
 }
 
-/// Collects all errors on the page's console and tracks which document was loaded most recently.
+/// Collects all errors on the page's console and tracks which document was loaded most recently, and which frame of
+/// another site was added.
 async fn listen(
     mut events: mpsc::UnboundedReceiver<Event>,
-    loads: watch::Sender<String>,
+    [loads, frames]: [watch::Sender<String>; 2],
     errors: Arc<Mutex<Vec<String>>>,
 ) {
     while let Some(Event { method, params }) = events.recv().await {
         let error = match method.as_str() {
             "Page.lifecycleEvent" if params["name"] == "load" => {
                 loads.send_replace(params["loaderId"].as_str().unwrap_or("").to_owned());
+                continue;
+            }
+            "Target.attachedToTarget" => {
+                frames.send_replace(params["sessionId"].as_str().unwrap_or("").to_owned());
                 continue;
             }
             "Runtime.consoleAPICalled" if params["type"] == "error" => {

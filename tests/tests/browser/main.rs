@@ -3,6 +3,7 @@
 mod alone;
 mod editor;
 mod fleet;
+mod framed;
 #[path = "../fleet/games.rs"]
 mod games;
 mod hands;
@@ -90,6 +91,14 @@ fn cases() -> Vec<Case> {
             fleet::a_page_follows_its_room_to_another_server,
         )
         .alone(),
+        Case::new(
+            "a_room_is_played_in_the_frame_of_another_site",
+            framed::a_room_is_played_in_the_frame_of_another_site,
+        ),
+        Case::new(
+            "a_frame_that_nobody_allowed_stays_empty",
+            framed::a_frame_that_nobody_allowed_stays_empty,
+        ),
         Case::new(
             "a_lost_webgl_context_is_drawn_again",
             trouble::a_lost_webgl_context_is_drawn_again,
