@@ -62,6 +62,10 @@ pub fn cases() -> Vec<Case> {
             a_clip_of_the_page_without_a_server_verifies_there,
         ),
         Case::new(
+            "a_scene_element_plays_a_file_once_it_is_seen",
+            a_scene_element_plays_a_file_once_it_is_seen,
+        ),
+        Case::new(
             "a_scene_is_played_alone_in_a_lobby_without_a_server",
             a_scene_is_played_alone_in_a_lobby_without_a_server,
         ),
@@ -204,6 +208,48 @@ async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -
     drop_file(&tab, "clip.jostle", &clip).await?;
     let shown = until(&tab, "all compared", |shown| shown.compared == last - first).await?;
     assert_eq!((shown.differs_at, shown.agrees_until), (None, last));
+    check_requests(&server, &tab).await
+}
+
+/// A JavaScript expression for the window of an element's frame, if the frame is there.
+fn window_of(element: &str) -> String {
+    format!(
+        "document.querySelector('#{element}').shadowRoot.querySelector('iframe')?.contentWindow"
+    )
+}
+
+/// Shows the example page, in which two elements play the same file.
+async fn a_scene_element_plays_a_file_once_it_is_seen(stage: Arc<Stage>) -> Result<()> {
+    let server = host(Vec::new()).await?;
+    let link = server.link(&format!("{BELOW}example.html"));
+    let tab = stage.visit_link(&link, Screen::LAPTOP).await?;
+    let (small, large) = (window_of("small"), window_of("large"));
+    let plays = |window: &str, players: usize| {
+        format!(
+            "(state => state && JSON.stringify(state).includes('playing') \
+             && (typeof state === 'string' ? JSON.parse(state) : state).players.length === {players})\
+             ({window}?.jostle?.state())"
+        )
+    };
+    tab.until_true(&plays(&small, 1)).await?;
+    let shown = |window: &str, id: &str| {
+        format!("{window}.document.querySelector('{id}').checkVisibility()")
+    };
+    ensure!(!tab.eval::<bool>(&shown(&small, "#help-button")).await?, "buttons without controls");
+    ensure!(tab.eval::<bool>(&format!("!{large}")).await?, "a frame before it is seen");
+    tab.keep("element").await?;
+
+    tab.eval::<bool>("(document.querySelector('#large').scrollIntoView(), true)").await?;
+    tab.until_true(&plays(&large, 3)).await?;
+    tab.until_true(&shown(&large, "#help-button")).await?;
+    tab.keep("element-controls").await?;
+
+    // A file that is missing is named.
+    tab.eval::<bool>("(document.querySelector('#large').setAttribute('src', 'none.toml'), true)")
+        .await?;
+    let note = "document.querySelector('#large').shadowRoot.querySelector('p')?.textContent";
+    tab.until_true(&format!("{note}.includes('none.toml answers 404')")).await?;
+    tab.ignore_errors(|error| error.contains("404"));
     check_requests(&server, &tab).await
 }
 
