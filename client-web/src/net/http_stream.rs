@@ -122,9 +122,10 @@ impl HttpStream {
         self.waiting.extend(payload);
     }
 
-    /// The path and the body of the next post; `None` if one is on its way, or nothing is waiting.
+    /// The path and the body of the next post; `None` if one is on its way, nothing is waiting, or the response has not
+    /// begun.
     pub fn next_post(&mut self) -> Option<(String, Vec<u8>)> {
-        if self.posted.is_some() || self.waiting.is_empty() {
+        if self.id.is_none() || self.posted.is_some() || self.waiting.is_empty() {
             return None;
         }
         let count = self.waiting.len().min(POST_BYTES_MAX);
@@ -218,6 +219,7 @@ mod tests {
     fn one_post_is_on_its_way_and_the_rest_gathers() {
         let mut stream = HttpStream::default();
         stream.send(&[9]);
+        stream.leave();
         assert_eq!(stream.next_post(), None, "not open yet");
         let mut stream = opened();
         stream.send(&[1]);
