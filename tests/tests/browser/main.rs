@@ -84,6 +84,10 @@ fn cases() -> Vec<Case> {
             "a_lost_socket_gives_the_same_seat_back",
             trouble::a_lost_socket_gives_the_same_seat_back,
         ),
+        Case::new(
+            "a_game_is_played_where_no_websocket_opens",
+            trouble::a_game_is_played_where_no_websocket_opens,
+        ),
         Case::new("a_restarted_server_is_found_again", trouble::a_restarted_server_is_found_again),
         Case::new("a_room_outlives_its_server", trouble::a_room_outlives_its_server),
         Case::new(

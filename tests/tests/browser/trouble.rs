@@ -9,6 +9,7 @@ use jostle_tests::runner::Stage;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
+use jostle_tests::upgrade_proxy::UpgradeProxy;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -201,5 +202,35 @@ pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
         tab.until("a hero that is not seen", |s| s.own_hero().is_some()).await?;
         tab.ignore_errors(graphics_noise);
     }
+    Ok(())
+}
+
+pub async fn a_game_is_played_where_no_websocket_opens(stage: Arc<Stage>) -> Result<()> {
+    let proxy = UpgradeProxy::start(stage.server.address).await?;
+    let link = |room: &str| format!("http://{}/{room}", proxy.address);
+    let ada = stage.visit_link(&link("impulse"), Screen::SMALL).await?;
+    let bob = stage.play("impulse", Screen::SMALL).await?;
+    let told = "document.querySelector('#told').textContent.includes('WebSockets are blocked')";
+    ada.until_true(told).await?;
+    let seat = ada.until("a hero of one's own", State::plays).await?.seat.context("a seat")?;
+    let x = |s: &State| s.hero(seat).map(|hero| hero.pos[0]);
+    let before = bob.until("Ada's hero", |s| x(s).is_some()).await?;
+    let before = x(&before).context("Ada's hero")?;
+    ada.key_down("d").await?;
+    bob.until("Ada steering", |s| x(s).is_some_and(|x| x > before + 4.0)).await?;
+    ada.key_up("d").await?;
+    // The seat is held when the stream breaks.
+    let later = ada.state().await?.ticks() + 60;
+    ada.eval::<serde_json::Value>("window.jostle.drop_socket()").await?;
+    let back = ada.until("playing again", |s| s.plays() && s.ticks() > later).await?;
+    assert_eq!(back.seat, Some(seat));
+    // This tab does not try a WebSocket first any more, so it says nothing.
+    ada.go(&link("impulse")).await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    ada.until_true(&format!("!({told})")).await?;
+    // A player who leaves gives up the seat.
+    ada.click_on("#leave").await?;
+    bob.until("Ada gone", |s| s.players.len() == 1).await?;
+    ada.ignore_errors(network_noise);
     Ok(())
 }
