@@ -111,6 +111,7 @@ pub struct Form {
     /// The name as typed.
     pub name: String,
     pub color: u8,
+    /// Whether the room to open is not listed.
     pub private: bool,
     /// Whether bots take part in games played alone.
     pub bots: bool,

@@ -91,13 +91,12 @@ impl Lobby {
         }
     }
 
-    /// Joins the room with the most players, or opens one with the first scene. A private room is always a new one.
-    /// Returns the code of the room to enter, if any.
-    pub fn play(&mut self, ctx: &mut Context, private: bool) -> Option<String> {
-        let room = api::liveliest(&self.rooms, &self.scenes).filter(|_| !private);
+    /// Joins the room with the most players, or opens one with the first scene. Returns the code of the room to enter, if any.
+    pub fn play(&mut self, ctx: &mut Context) -> Option<String> {
+        let room = api::liveliest(&self.rooms, &self.scenes);
         let room = room.map(|room| room.code.clone());
         if room.is_none() {
-            self.open(ctx, api::FIRST_SCENE, private);
+            self.open(ctx, api::FIRST_SCENE, false);
         }
         room
     }

@@ -74,6 +74,7 @@ page_actions! {
     "notice" Notice
     "notice-other" NoticeOther
     "open-file" OpenFile
+    "open-private" OpenPrivate
     "open-scene" OpenScene
     "play-alone" PlayAlone
     "play-pause" PlayPause

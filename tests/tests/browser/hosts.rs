@@ -102,13 +102,10 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
     ada.until("the lobby", |s| s.state == "lobby").await?;
     ada.until_true("document.querySelector('#scenes [data-value=arena]')").await?;
     ada.fill("#name", "Ada").await?;
-    ada.eval::<bool>("(document.querySelector('#private').focus(), true)").await?;
-    ada.key_down(" ").await?;
-    ada.key_up(" ").await?;
-    ada.until_true("document.querySelector('#private').checked").await?;
-    ada.until_true("document.querySelector('#private-note').checkVisibility()").await?;
+    let button = "document.querySelector('#scenes .private[data-value=arena]')";
+    ada.eval::<bool>(&format!("({button}.focus(), true)")).await?;
     ada.keep("host-lobby").await?;
-    ada.click_on("#scenes [data-value=arena]").await?;
+    ada.press("Enter").await?;
     ada.until("a hero of one's own", State::plays).await?;
     Ok(ada)
 }

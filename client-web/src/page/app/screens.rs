@@ -195,7 +195,7 @@ impl App {
         if self.ctx.site.is_static {
             self.play_scene_alone(api::FIRST_SCENE, form);
         } else if self.read_form(form) {
-            let code = self.lobby.play(&mut self.ctx, form.private);
+            let code = self.lobby.play(&mut self.ctx);
             self.enter(code);
         }
     }

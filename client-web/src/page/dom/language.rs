@@ -6,9 +6,9 @@ use crate::page::dom;
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlTemplateElement, Node};
 
-/// Attributes that are shown or read out; the style sheet shows the last three.
-const ATTRIBUTES: [&str; 7] =
-    ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
+/// Attributes that are shown or read out; the style sheet shows the last two.
+const ATTRIBUTES: [&str; 6] =
+    ["aria-label", "title", "placeholder", "alt", "data-first", "data-last"];
 
 pub struct Translated {
     texts: Vec<(Node, String)>,

@@ -5,7 +5,7 @@ use crate::input::keys::place_of;
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::dom;
 use crate::page::dom::{editor, files, lobby, settings, timeline, touchpad};
-use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
+use crate::page::event::{Event, Focus, Form, Key, Pointer, PointerChange};
 use crate::page::page_action::PageAction;
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
@@ -125,6 +125,9 @@ fn click(events: Events, event: &MouseEvent) {
     let value = attribute("data-value");
     let Some(action) = PageAction::named(&attribute("data-action")) else { return };
     events.push(match action {
+        PageAction::OpenPrivate => {
+            Event::SceneClicked(value, Form { private: true, ..lobby::form() })
+        }
         PageAction::OpenScene if !dom::is_static() => Event::SceneClicked(value, lobby::form()),
         PageAction::OpenScene | PageAction::PlayAlone => Event::AloneClicked(value, lobby::form()),
         _ => Event::Clicked(action, value),

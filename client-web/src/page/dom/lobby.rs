@@ -49,7 +49,7 @@ pub fn form() -> Form {
     Form {
         name: dom::by_id::<HtmlInputElement>("name").value(),
         color: checked.and_then(|radio| radio.value().parse().ok()).unwrap_or(0),
-        private: dom::by_id::<HtmlInputElement>("private").checked(),
+        private: false,
         bots: dom::by_id::<HtmlInputElement>("bots").checked(),
     }
 }

@@ -174,6 +174,8 @@ fn scene_entry(scene: &SceneCard, app: &App) -> View {
         .text(".go span", manner(scene, is_static))
         .with_or_without(".go span", "data-bots", Some(bots).filter(|bots| !bots.is_empty()))
         .with(".alone", "data-value", name.clone())
+        .with(".private", "data-value", name.clone())
+        .with(".private", "aria-label", fill("Start {scene} privately", &[("scene", title)]))
         .with(".alone", "aria-label", label.trim_end().to_owned())
         .text(".alone", alone);
     own(best(item, app, name, scene.heroes), app, name)

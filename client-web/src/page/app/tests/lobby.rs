@@ -45,10 +45,11 @@ fn play_joins_the_liveliest_room_or_opens_one() {
 }
 
 #[test]
-fn play_opens_a_private_room_where_that_is_chosen() {
+fn a_scene_is_opened_in_a_private_room_by_its_own_button() {
     let mut browser = Browser::open("/", "");
     browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
-    let asked = browser.say(Event::PlayClicked(Form { private: true, ..form("Bea") }));
+    let asked =
+        browser.say(Event::SceneClicked("splash".into(), Form { private: true, ..form("Bea") }));
     assert!(has(&asked, "Open { scene: \"splash\", private: true"), "{asked:?}");
     assert_eq!(browser.address, "/");
 }
