@@ -166,11 +166,7 @@ pub async fn a_game_is_built_by_clicks(stage: Arc<Stage>) -> Result<()> {
     tab.click_on("#edit-toggle").await?;
     tab.until_true("document.querySelectorAll('#sides li').length === 2").await?;
     // The ball falls into the goal of the second team.
-    tab.until_true(
-        "[...document.querySelectorAll('#sides .score')].map(s => parseInt(s.textContent)).join() \
-         === '1,0'",
-    )
-    .await?;
+    tab.until_true("parseInt(document.querySelector('#sides .score').textContent) > 0").await?;
     tab.keep("editor-goals-played").await?;
     tab.click_on("#edit-toggle").await?;
     tab.until("the editor", |s| s.state == "editing").await?;
