@@ -74,7 +74,7 @@ end = "win"
 say = "{it} reached the finish"
 splash = "fountain"
 "#,
-    round: "task = \"Be the first at the finish\"\ntime = 180\n",
+    round: "task = \"Be the first at the finish\"\ntime = 180\nfill = 2\n",
     groups: &["hero"],
     of_team: false,
 };

@@ -3,7 +3,7 @@
 use super::*;
 use crate::editor::history::changed;
 use crate::editor::templates;
-use jostle_game::Kind;
+use jostle_game::{Kind, RoundPhase, Seat, Side};
 use jostle_protocol::Appearance;
 use jostle_room::Room;
 use std::sync::Arc;
@@ -74,6 +74,14 @@ fn a_ball_in_a_goal_scores_for_the_other_team() {
     let round = room.snapshot().round.clone().expect("a round");
     let points: Vec<i32> = round.teams.iter().map(|team| team.score).collect();
     assert!(points[0] > 0 && points[1] == 0, "{points:?}");
+}
+
+#[test]
+fn a_bot_runs_to_the_finish_and_wins() {
+    let room = play(build(&[("finish", [120.0, 34.0])]).text());
+    let round = room.snapshot().round.clone().expect("a round");
+    assert_eq!((round.phase, round.winners.len()), (RoundPhase::Over, 1));
+    assert_ne!(round.winners, [Side::Player(Seat(0))], "who does nothing does not win");
 }
 
 #[test]
