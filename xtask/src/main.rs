@@ -142,6 +142,8 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Play a hundred matches of each game against bots, and print who wins
+    Bots,
     /// Simulate the directory of fleets of several sizes and its response to failures
     Fleet {
         /// Options of the simulation: --nodes, --rooms, --seed
@@ -194,6 +196,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { property, seconds } => fuzz::fuzz(property.as_deref(), seconds)?,
         Task::Latency { presses, json } => measure::latency(presses, json.as_deref())?,
+        Task::Bots => measure::bots()?,
         Task::Fleet { options } => measure::fleet(&options)?,
         Task::Load { allocations, options } => measure::load(&options, allocations)?,
         Task::Pictures => pictures::take()?,

@@ -1,7 +1,7 @@
-//! `cargo xtask report`, `load`, `latency` and `fleet`: build a measuring program in `bench` and the programs that it
+//! `cargo xtask report`, `load`, `latency`, `bots` and `fleet`: build a measuring program in `bench` and the programs that it
 //! measures, then start it.
 
-use crate::shell::{build_server, cargo_of_bench, output_of, root, run, say, target_dir};
+use crate::shell::{build_server, cargo, cargo_of_bench, output_of, root, run, say, target_dir};
 use crate::{packages, web};
 use anyhow::{Context, Result};
 use std::env::consts::EXE_SUFFIX;
@@ -79,6 +79,13 @@ pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
         measure.arg(std::path::absolute(json).context("no such path")?);
     }
     run(&mut measure)
+}
+
+/// Plays matches of one person against bots, and prints tables for docs/development.md.
+pub fn bots() -> Result<()> {
+    say("bots", "build the room, optimised");
+    let mut matches = cargo(&["test", "--release", "--package", "jostle-room", "--test", "room"]);
+    run(matches.args(["matches", "--", "--nocapture"]))
 }
 
 /// Simulates the directory of fleets with thousands of nodes. Takes the options of `jostle-fleet`.

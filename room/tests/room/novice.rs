@@ -3,40 +3,44 @@
 
 use jostle_game::{Buttons, Game, Input, Seat};
 use jostle_sim::{BodyId, Motion, Rng, Vec2};
+use std::collections::VecDeque;
 
-/// Ticks between decisions, and from a decision to the keys.
-const LOOK_TICKS: u32 = 12;
+/// Ticks between decisions, and from a decision to the keys: a person reacts after a quarter of a second, but lets go
+/// of a key in time.
+const LOOK_TICKS: u32 = 5;
+const REACTION_TICKS: u32 = 15;
+/// Speed at which the novice flies past obstacles, units/s.
+const DARES: f32 = 42.0;
 /// Random offset of a place or an aim, world units.
 const MISS: f32 = 8.0;
 /// One look in this many ends in a throw.
-const THROW_CHANCE: u32 = 4;
-/// Corners of the way around the island of the race, in flying order.
-const WAY: [Vec2; 4] = [
-    Vec2::new(345.0, 45.0),
-    Vec2::new(345.0, 160.0),
-    Vec2::new(55.0, 160.0),
-    Vec2::new(55.0, 45.0),
+const THROW_CHANCE: u32 = 10;
+/// Points on the way around the island of the race and past its obstacles, in flying order.
+const WAY: [Vec2; 10] = [
+    Vec2::new(150.0, 66.0),
+    Vec2::new(190.0, 66.0),
+    Vec2::new(235.0, 24.0),
+    Vec2::new(314.0, 44.0),
+    Vec2::new(314.0, 152.0),
+    Vec2::new(222.0, 140.0),
+    Vec2::new(188.0, 170.0),
+    Vec2::new(140.0, 178.0),
+    Vec2::new(55.0, 150.0),
+    Vec2::new(55.0, 50.0),
 ];
 
 pub struct Novice {
     rng: Rng,
     held: Input,
-    decided: Input,
+    /// What the novice decided and has not done yet, the oldest first.
+    decided: VecDeque<Input>,
     corner: usize,
-    /// The ball at the previous look.
-    ball: Vec2,
 }
 
 impl Novice {
     pub fn new(seed: u64) -> Novice {
         let rng = Rng::new(seed, 77);
-        Novice {
-            rng,
-            held: Input::default(),
-            decided: Input::default(),
-            corner: 0,
-            ball: Vec2::ZERO,
-        }
+        Novice { rng, held: Input::default(), decided: VecDeque::new(), corner: 0 }
     }
 
     /// The input for the next tick.
@@ -45,9 +49,11 @@ impl Novice {
             self.held = self.held.with_buttons(Buttons(self.held.buttons().0 & !Buttons::FIRE.0));
             return self.held;
         }
-        self.held = self.decided;
         let hero = game.players().find(|player| player.seat == seat).and_then(|player| player.hero);
-        self.decided = hero.map_or(Input::default(), |hero| self.decide(game, seat, hero));
+        let decided = hero.map_or(Input::default(), |hero| self.decide(game, seat, hero));
+        self.decided.push_back(decided);
+        let is_due = self.decided.len() > (REACTION_TICKS / LOOK_TICKS) as usize;
+        self.held = is_due.then(|| self.decided.pop_front()).flatten().unwrap_or_default();
         self.held
     }
 
@@ -62,7 +68,11 @@ impl Novice {
         let team = round.player(seat).and_then(|player| player.team).unwrap_or(0);
         let miss = Vec2::new(self.rng.range(-MISS, MISS), self.rng.range(-MISS, MISS));
         let place = self.place(game, seat, at, team).or(rival).unwrap_or(at) + miss * 0.5;
-        let mut wish = (place - at) * 2.0 - world.velocity(hero);
+        let mut way = (place - at) * 2.0;
+        if scene.name == "race" {
+            way = way.clamp_length_max(DARES);
+        }
+        let mut wish = way - world.velocity(hero);
         wish.y -= scene.world.gravity.y * world.gravity_scale(hero) * 0.15;
         let buttons = keys(wish);
         let near = rival.filter(|rival| rival.distance(at) < 150.0);
@@ -77,20 +87,15 @@ impl Novice {
         match game.scene().name.as_str() {
             "hill" => Some(Vec2::new(160.0, 98.0)),
             "race" => {
-                if at.distance(WAY[self.corner]) < 30.0 {
+                if at.distance(WAY[self.corner]) < 28.0 {
                     self.corner = (self.corner + 1) % WAY.len();
                 }
                 Some(WAY[self.corner])
             }
-            "pong" => {
-                let ball = nearest(game, "ball", at)?;
-                let moved = ball - self.ball;
-                self.ball = ball;
-                Some(ball + moved.clamp_length_max(20.0))
-            }
+            "pong" => ahead(game, "ball"),
             "hockey" => Some(shove(
                 at,
-                nearest(game, "puck", at)?,
+                ahead(game, "puck")?,
                 Vec2::new(if left { 270.0 } else { 10.0 }, 60.0),
             )),
             "roundup" => {
@@ -145,6 +150,14 @@ fn positions<'a>(game: &'a Game, group: &'a str) -> impl Iterator<Item = Vec2> +
         .map(move |body| world.position(body.id))
 }
 
+/// Where the only ball will be when the keys are pressed.
+fn ahead(game: &Game, group: &str) -> Option<Vec2> {
+    let index = game.scene().groups.iter().position(|name| name == group);
+    let ball = game.bodies().find(|body| Some(usize::from(body.group)) == index)?.id;
+    let late = REACTION_TICKS as f32 / 60.0;
+    Some(game.world().position(ball) + game.world().velocity(ball) * late)
+}
+
 fn nearest(game: &Game, group: &str, at: Vec2) -> Option<Vec2> {
     positions(game, group).min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
@@ -152,7 +165,10 @@ fn nearest(game: &Game, group: &str, at: Vec2) -> Option<Vec2> {
 fn outside(game: &Game, at: Vec2, pen: Vec2) -> Option<Vec2> {
     let out = positions(game, "minion").filter(|robot| {
         let off = (*robot - pen).abs();
-        off.x > 28.0 || off.y > 26.0
+        // Nobody gets behind a robot in the opposite corner.
+        let behind = *robot - (pen - *robot).normalize() * 12.0;
+        let is_free = (8.0..312.0).contains(&behind.x) && (8.0..105.0).contains(&behind.y);
+        is_free && (off.x > 28.0 || off.y > 26.0)
     });
     out.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
