@@ -32,7 +32,7 @@ pub enum SceneCommand {
         out: Option<PathBuf>,
     },
     /// Let the server's bots play a scene for a minute; exit with status 1 if nobody scores, bodies fall out of the
-    /// world or a bot stands about
+    /// world or most bots stand about
     Try {
         /// A built-in scene, or the path of a TOML file
         #[arg(value_name = "FILE")]
