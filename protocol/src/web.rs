@@ -77,6 +77,9 @@ pub struct SceneCard {
     /// Number of seats that bots fill.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub fill: u32,
+    /// Number of seats in a game that one player plays alone, of which bots take all but one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub alone: u32,
     /// Address of the scene's picture.
     pub picture: Option<String>,
 }
@@ -102,6 +105,7 @@ impl SceneCard {
             heroes: scene.hero.is_some(),
             players_min: round.map_or(1, |round| u32::from(round.players_min)),
             fill: round.map_or(0, |round| u32::from(round.fill)),
+            alone: round.map_or(0, |round| u32::from(round.alone)),
             picture,
         }
     }

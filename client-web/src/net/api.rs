@@ -6,13 +6,13 @@ use serde::de::DeserializeOwned;
 
 /// The number of bots when a player plays a scene alone.
 pub fn bots_alone(card: &SceneCard) -> u32 {
-    bots_beside_one(card.heroes, [card.fill, card.players_min, card.players_max])
+    bots_beside_one(card.heroes, [card.alone, card.players_min, card.players_max])
 }
 
-/// The number of bots for a single player, given a scene's settings: enough to fill a room as on the server, and at
-/// least enough for a round to begin. Zero in scenes without heroes.
-pub fn bots_beside_one(heroes: bool, [fill, players_min, players_max]: [u32; 3]) -> u32 {
-    let seats = if heroes { fill.max(players_min).min(players_max) } else { 1 };
+/// The number of bots for a single player, given a scene's settings: as many as the scene says, and at least enough for
+/// a round to begin. Zero in scenes without heroes.
+pub fn bots_beside_one(heroes: bool, [alone, players_min, players_max]: [u32; 3]) -> u32 {
+    let seats = if heroes { alone.max(players_min).min(players_max) } else { 1 };
     seats.saturating_sub(1)
 }
 
@@ -216,6 +216,7 @@ mod tests {
             heroes,
             players_min: 1,
             fill: 0,
+            alone: 0,
             picture: None,
         }
     }
@@ -257,8 +258,8 @@ mod tests {
 
     #[test]
     fn a_player_alone_gets_the_bots_that_the_scene_wants() {
-        let bots = |heroes, fill, players_min, players_max| {
-            let card = SceneCard { fill, players_min, players_max, ..card("x", heroes) };
+        let bots = |heroes, alone, players_min, players_max| {
+            let card = SceneCard { alone, players_min, players_max, ..card("x", heroes) };
             bots_alone(&card)
         };
         assert_eq!([bots(true, 4, 1, 16), bots(true, 0, 1, 16), bots(true, 0, 2, 12)], [3, 0, 1]);

@@ -158,9 +158,9 @@ impl PlayOptions {
     /// round needs.
     pub fn bots_in(&self, scene: &Scene) -> u16 {
         let round = scene.rules.round.as_ref();
-        let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
-        let [needed, wanted] = [0, fill].map(|fill| {
-            let seats = [fill, players_min, scene.players_max].map(u32::from);
+        let (alone, players_min) = round.map_or((0, 1), |round| (round.alone, round.players_min));
+        let [needed, wanted] = [0, alone].map(|alone| {
+            let seats = [alone, players_min, scene.players_max].map(u32::from);
             api::bots_beside_one(scene.hero.is_some(), seats) as u16
         });
         self.bots.unwrap_or(wanted).max(needed)

@@ -43,6 +43,9 @@ pub struct RoundSpec {
     pub new_layouts: bool,
     /// Number of seats that the server's own players take until people join. Label: Bots.
     pub fill: u16,
+    /// Number of seats in a game that one player plays alone in the page, of which bots take all but one. Default:
+    /// as `fill`. Label: Seats when alone.
+    pub alone: u16,
 }
 
 impl RoundSpec {
@@ -95,7 +98,7 @@ pub(super) fn round(table: &Table) -> RoundSpec {
     let at_time = [("score", AtTime::Score), ("lose", AtTime::Lose), ("win", AtTime::Win)];
     let goal = table.get("goal");
     let task = table.get("task").given(|task| task.text(SENTENCE_CHARS_MAX));
-    RoundSpec {
+    let round = RoundSpec {
         task: task.unwrap_or_default(),
         time: table.get("time").given(|time| time.ticks(60.0, Range::from(1.0, 3600.0))),
         at_time: table.get("at_time").choice_or_first(&at_time),
@@ -108,7 +111,10 @@ pub(super) fn round(table: &Table) -> RoundSpec {
         pause: table.get("pause").ticks(6.0, SECONDS),
         new_layouts: table.get("seed").choice_or_first(&[("same", false), ("next", true)]),
         fill: table.get("fill").whole(0, 0..=SEATS) as u16,
-    }
+        alone: 0,
+    };
+    let alone = table.get("alone").whole(u32::from(round.fill), 0..=SEATS) as u16;
+    RoundSpec { alone, ..round }
 }
 
 fn finish_time(field: &Field, goal: &Field) -> u32 {

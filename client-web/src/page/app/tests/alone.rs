@@ -16,7 +16,7 @@ groups = ["hero"]
 size = [12, 12]
 spawns = [[20, 20], [60, 20], [100, 20]]
 "#;
-const SCENES: &str = r#"{"scenes":[{"name":"splash","title":"Splash","about":"","players_max":16,"heroes":true,"fill":4,"players_min":1,"picture":null}]}"#;
+const SCENES: &str = r#"{"scenes":[{"name":"splash","title":"Splash","about":"","players_max":16,"heroes":true,"fill":4,"alone":4,"players_min":1,"picture":null}]}"#;
 
 fn at(hash: &str) -> Address {
     Address { path: "/".into(), query: String::new(), hash: hash.to_owned() }
@@ -157,8 +157,10 @@ fn the_address_says_how_many_bots_play() {
         ("#alone=splash&bots=0", 0),
         ("#alone=splash&bots=60000", 15),
         ("#alone=splash&bots=-1&seed=x", 3),
-        ("#alone=flags", 1),
+        ("#alone=flags", 3),
         ("#alone=flags&bots=0", 1),
+        ("#alone=arena", 3),
+        ("#alone=herd", 0),
         ("#alone=bounds&bots=5", 0),
     ] {
         let mut browser = Browser::open("/", "");
