@@ -3,14 +3,14 @@
 use super::*;
 use crate::page::view::View;
 
-/// A yard in which whoever stands on the spawn with this number scores once a second.
+/// A yard without controls, in which whoever stands on the spawn with this number scores once a second.
 fn yard(spawn: usize) -> Event {
     let x = 20 + 40 * spawn;
     let text = format!(
         r#"title = "Yard"
 size = [320, 180]
 gravity = [0, 0]
-tools = ["steer"]
+tools = []
 groups = ["hero"]
 
 [hero]
