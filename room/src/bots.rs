@@ -4,7 +4,7 @@
 mod aims;
 mod bot;
 mod bot_view;
-mod places;
+mod destination;
 mod quest;
 mod skill;
 mod slinger;

@@ -1,5 +1,5 @@
 //! The zones that heroes have to touch to win, in the order in which the rules ask for them: plates that open doors,
-//! and the places behind them.
+//! and what is behind them.
 
 use jostle_game::scene::{Condition, Each, SignalKind, Stays, Step, To, Trigger, ZoneArea};
 use jostle_game::{RoundInfo, Scene};

@@ -109,9 +109,9 @@ impl Walker {
         let mut next = vec![None; self.surfaces.len()];
         let mut queue = VecDeque::from([goal]);
         while let Some(index) = queue.pop_front() {
-            for from in 0..self.surfaces.len() {
+            for (from, surface) in self.surfaces.iter().enumerate() {
                 let is_new = from != goal && next[from].is_none();
-                if is_new && self.reaches(&self.surfaces[from], &self.surfaces[index]) {
+                if is_new && self.reaches(surface, &self.surfaces[index]) {
                     next[from] = Some(index);
                     queue.push_back(from);
                 }

@@ -208,7 +208,7 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
 
 /// A connection after the request that makes it the socket of a session.
 pub struct Taken<S> {
-    upgrade: Upgrade,
+    pub upgrade: Upgrade,
     /// The beginning of the response, unless it was sent.
     head: Vec<u8>,
     stream: S,

@@ -10,7 +10,7 @@ use jostle_server::guests;
 use jostle_server::host::rooms::is_code;
 use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::limits::{GUEST_BUDGET, GUEST_SCENE_BYTES_MAX};
-use jostle_server::net::http;
+use jostle_server::net::http::{self, Opening, Upgrade};
 use jostle_server::net::listen::speak_http;
 use jostle_server::{Config, Parts, Phase, ServerState, log, runs};
 use std::net::{IpAddr, Ipv4Addr};
@@ -57,12 +57,14 @@ pub fn handshake(bytes: &[u8]) {
             let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
             let permit = host.state.shares.connections.admit(address).expect("the only one");
             let permit = Arc::new(permit);
-            speak_http(server, address, &permit, &host.state).await.map(|upgrade| upgrade.code)
+            speak_http(server, address, &permit, &host.state).await.map(|taken| taken.upgrade)
         };
-        let (code, answer) = tokio::join!(serve, talk);
-        if let Some(code) = code {
+        let (upgrade, answer) = tokio::join!(serve, talk);
+        if let Some(Upgrade { code, opening, .. }) = upgrade {
             assert!(code.is_empty() || is_code(&code));
-            assert!(answer.windows(12).any(|part| part == b"HTTP/1.1 101"));
+            // The session sends the head of a stream.
+            let is_accepted = answer.windows(12).any(|part| part == b"HTTP/1.1 101");
+            assert_eq!(is_accepted, matches!(opening, Opening::WebSocket));
         }
         answer
     });

@@ -27,7 +27,7 @@ enter = "post"
 score = 1
 "#;
 const SCENES: &str = r#"{"scenes":[
-    {"name":"race","title":"Race","about":"","players_max":16,"heroes":true,"fill":4,"players_min":1,"category":"games","picture":"/r.webp"},
+    {"name":"race","title":"Race","about":"","players_max":16,"heroes":true,"fill":4,"alone":4,"players_min":1,"category":"games","picture":"/r.webp"},
     {"name":"hill","title":"Hill","about":"","players_max":8,"heroes":true,"players_min":1,"category":"games","picture":null}]}"#;
 const RECORDS: &str = r#"{"kept":true,"scenes":[{"scene":"race","measure":"time","records":[
     {"name":"race-01","ticks":3600,"points":3,"begin":180,"seat":0,"players":["Bea"]}]}]}"#;
