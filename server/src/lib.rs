@@ -3,11 +3,12 @@
 //!
 //! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the [`net::socket_threads`] takes
 //! it from there, [`net::tls`] decrypts it if configured, [`net::http`] answers or upgrades it, and [`net::session`]
-//! runs the game session, over a WebSocket or over HTTP ([`net::posts`]). A session and its room communicate through two bounded queues: the inbox that the session
-//! fills and the [`host::outbox`] that it empties. [`host::ticker`] is the room's thread between them; [`host::rooms`]
-//! lists the rooms. [`log`] contains the readers of rooms' logs, which record games and store rooms so that they
-//! outlive the process. [`runs`] keeps the best runs. [`limits`] bounds how much an address, a network or a socket may
-//! use. [`ops`] counts events, serves them to operators on a separate port, and logs refusals.
+//! runs the game session, over a WebSocket or over HTTP ([`net::posts`]). A session and its room communicate through
+//! two bounded queues: the inbox that the session fills and the [`host::outbox`] that it empties. [`host::ticker`] is
+//! the room's thread between them; [`host::rooms`] lists the rooms. [`log`] contains the readers of rooms' logs, which
+//! record games and store rooms so that they outlive the process. [`runs`] keeps the best runs. [`limits`] bounds how
+//! much an address, a network or a socket may use. [`ops`] counts events, serves them to operators on a separate port,
+//! and logs refusals.
 
 pub mod config;
 pub mod files;

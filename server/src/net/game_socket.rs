@@ -47,8 +47,8 @@ impl GameSocket {
     }
 }
 
-/// A peer as the frame codec sees it. Bytes come from the socket or from posts. The codec's automatic answers to pings and closes are
-/// queued for the writer.
+/// A peer as the frame codec sees it. Bytes come from the socket or from posts. The codec's automatic answers to pings
+/// and closes are queued for the writer.
 struct PeerStream {
     stream: RateLimitedStream<Either<FromPeer, Box<PostReader>>>,
     /// Woken when there is more to read.

@@ -13,7 +13,7 @@
 //!   client. It may come over any connection, on any thread and from any address, as those of a private relay change.
 //!   Posts are numbered from 0. One that was already taken is answered like the first time and ignored, so a client can
 //!   repeat a post whose answer it missed; one that leaves a gap is refused.
-//! - **Limits**: a post has at most [`POST_BYTES_MAX`] bytes; [`POSTS_WAITING_MAX`] of them wait for a session. Posts
+//! - **Limits**: a post has at most [`POST_BYTES_MAX`](jostle_protocol::limits::POST_BYTES_MAX) bytes; [`POSTS_WAITING_MAX`] of them wait for a session. Posts
 //!   do not count as requests of an address, because a session may send as many as messages; beyond that they are
 //!   refused. The address that opened the stream is the session's.
 
@@ -30,7 +30,8 @@ use std::time::Instant;
 use tokio::io::{AsyncRead, ReadBuf};
 use tokio::sync::mpsc;
 
-/// Maximum number of posts that wait for a session. It reads each at once; a client sends the next one after the answer.
+/// Maximum number of posts that wait for a session. It reads each at once; a client sends the next one after the
+/// answer.
 const POSTS_WAITING_MAX: usize = 2;
 
 /// The queues of all sessions over HTTP, by the sessions' ids.

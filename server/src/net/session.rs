@@ -1,5 +1,5 @@
-//! A game session from its socket's opening to its end: the hello, then messages in both directions until one side ends the
-//! session. It makes no decisions about the game; its [`Pump`] passes inputs to the room's inbox and empties the
+//! A game session from its socket's opening to its end: the hello, then messages in both directions until one side ends
+//! the session. It makes no decisions about the game; its [`Pump`] passes inputs to the room's inbox and empties the
 //! session's outbox.
 
 use crate::fleet::directory::{Located, PlaceError};

@@ -1,5 +1,5 @@
-//! The messages of players to their room. Inputs and views are applied immediately; requests that others notice wait until
-//! all inboxes are empty.
+//! The messages of players to their room. Inputs and views are applied immediately; requests that others notice wait
+//! until all inboxes are empty.
 
 use super::open_room::OpenRoom;
 use crate::host::admission::KickScope;

@@ -2,7 +2,8 @@
 //! redone byte for byte, and every reported range must lie within the text.
 
 use jostle_client_web::editor::drag::EditPointer;
-use jostle_client_web::editor::form::rows;
+use jostle_client_web::editor::form::Form;
+use jostle_client_web::editor::form::sentence::sentences;
 use jostle_client_web::editor::palette::Make;
 use jostle_client_web::editor::sketch;
 use jostle_client_web::editor::state::Editor;
@@ -80,7 +81,8 @@ fn check(text: &str, acts: &[Act]) {
     for piece in editor.selected() {
         assert!(editor.text().get(piece.bytes.clone()).is_some() || !editor.doc.is_toml);
     }
-    rows(&editor);
+    Form::of(&editor);
+    sentences(editor.text());
     while editor.can()[1] {
         editor.update(0.0, EditorEvent::Redone);
     }
