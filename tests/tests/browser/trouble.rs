@@ -229,6 +229,7 @@ pub async fn a_game_is_played_where_no_websocket_opens(stage: Arc<Stage>) -> Res
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true(&format!("!({told})")).await?;
     // A player who leaves gives up the seat.
+    ada.click_on("#menu").await?;
     ada.click_on("#leave").await?;
     bob.until("Ada gone", |s| s.players.len() == 1).await?;
     ada.ignore_errors(network_noise);
