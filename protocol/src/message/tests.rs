@@ -283,7 +283,7 @@ fn fields_out_of_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[8], "kind");
+    refused(&[11], "kind");
     refused(&[0, 5, 0, 1, b' ', 0, 0], "name");
     refused(&[0, 5, 0, 2, b' ', b'A', 0, 0], "name");
     refused(&[0, 5, 0, 1, b'A', 8, 0], "color");

@@ -187,8 +187,8 @@ fn a_race_shows_its_clock_place_and_laps() {
     let mut browser = Browser::open("/race", "");
     browser.accept_beside(3, "race");
     let race = |browser: &Browser| {
-        let views = panels::OF_FRAMES.iter().map(|panel| panel(&browser.app));
-        let view = views.filter(|view| view.name == "race").next().expect("a panel");
+        let mut views = panels::OF_FRAMES.iter().map(|panel| panel(&browser.app));
+        let view = views.find(|view| view.name == "race").expect("a panel");
         let is_shown = view.attribute_of("#race", "hidden") == Some(None);
         let text = |at| view.text_of(at).unwrap_or_default().to_owned();
         (is_shown, [text("#race-clock"), text("#race-place"), text("#race-laps")])
