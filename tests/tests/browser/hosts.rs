@@ -24,7 +24,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     let link = ada.link().await?;
     let code = link.rsplit('/').next().unwrap_or_default().to_owned();
     ada.until_true("!document.querySelector('#close-room').hidden").await?;
-    ada.until_true("!document.querySelector('#players button')").await?;
+    ada.until_true("!document.querySelector('#players .leave')").await?;
 
     // The room is listed neither in the server's response nor in a guest's lobby.
     let public: String = ada.eval(OPEN_PUBLIC).await?;
@@ -47,7 +47,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     bob.until_true("document.querySelector('#notice-other').hidden").await?;
     bob.until_true(&format!("sessionStorage.getItem('jostle.seat.{code}') === null")).await?;
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
-    ada.until_true("!document.querySelector('#players button')").await?;
+    ada.until_true("!document.querySelector('#players .leave')").await?;
 
     // The page does not return to the room by itself or through the link.
     let sockets: u32 = bob.eval("sockets.length").await?;
@@ -71,7 +71,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     // After a reload, the host is still the host.
     ada.go(&link).await?;
     ada.until("a hero of one's own", State::plays).await?;
-    ada.until_true("document.querySelector('#players button')").await?;
+    ada.until_true("document.querySelector('#players .leave')").await?;
     ada.click_on("#close-room").await?;
     ada.keep("host-close").await?;
     ada.key_down("Escape").await?;
@@ -114,7 +114,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
 async fn guests_are_denied(guest: &Tab) -> Result<()> {
     guest.until_true("document.querySelectorAll('#players li').length === 2").await?;
     guest.until_true("document.querySelector('#close-room').hidden").await?;
-    guest.until_true("!document.querySelector('#players button')").await?;
+    guest.until_true("!document.querySelector('#players .leave')").await?;
     let close = ClientMessage::CloseRoom.encode();
     guest.eval::<bool>(&format!("(sockets.at(-1).send(new Uint8Array({close:?})), true)")).await?;
     guest.until_true("document.querySelector('#told').innerText.includes('Only the host')").await?;
