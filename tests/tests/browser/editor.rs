@@ -77,11 +77,11 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.keep("editor-empty").await?;
     pull(&tab, "wall", [160.0, 30.0]).await?;
     until_text(&tab, "position = [160, 30]").await?;
-    // Dragging the handle at its upper right corner turns the piece into the floor.
+    // Dragging the handle at its upper right corner turns the piece into a step on the floor.
     let corner = tab.to_page([164.0, 50.0]).await?;
     let goal = tab.to_page([310.0, 14.0]).await?;
     tab.drag([corner[0] + 6.0, corner[1] - 6.0], [goal[0] + 6.0, goal[1] - 6.0]).await?;
-    until_text(&tab, "size = [154, 4]").await?;
+    until_text(&tab, "size = [154, 6]").await?;
     for (step, x) in [200.0, 215.0, 230.0].into_iter().enumerate() {
         pull(&tab, "block", [x, 60.0 + 10.0 * step as f32]).await?;
     }
@@ -400,7 +400,7 @@ async fn choose(tab: &Tab, path: &str, value: &str) -> Result<()> {
 
 pub async fn a_game_is_made_by_choosing(stage: Arc<Stage>) -> Result<()> {
     let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
-    for (piece, at) in [("wall", [40.0, 30.0]), ("ball", [90.0, 60.0]), ("zone", [200.0, 40.0])] {
+    for (piece, at) in [("wall", [120.0, 100.0]), ("ball", [90.0, 60.0]), ("zone", [200.0, 40.0])] {
         pull(&tab, piece, at).await?;
     }
     until_text(&tab, "name = \"zone-1\"").await?;

@@ -13,7 +13,8 @@ use jostle_tests::tab::Screen;
 use std::sync::Arc;
 
 /// A page that shows the address after its `#` in a frame.
-const AROUND: &str = "<iframe style=\"position: fixed; inset: 0; width: 100%; height: 100%\"></iframe>\
+const AROUND: &str = "<link rel=icon href=data:,>\
+    <iframe style=\"position: fixed; inset: 0; width: 100%; height: 100%\"></iframe>\
     <script>document.querySelector('iframe').src = location.hash.slice(1)</script>";
 
 /// Starts the other site; returns it and the address of its page.
