@@ -311,7 +311,7 @@ fn fields_out_of_range_are_named() {
     refused(b"\x05\x09http://b/", "origin");
     refused(b"\x06\x02\x08http://b\x07http://", "origin");
     refused(&[6, 9], "urls");
-    refused(&[9], "kind");
+    refused(&[10], "kind");
 }
 
 #[test]

@@ -45,7 +45,8 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     assert_notice(&bob, Refusal::Kicked.message()).await?;
     bob.keep("host-kicked").await?;
     bob.until_true("document.querySelector('#notice-other').hidden").await?;
-    bob.until_true(&format!("sessionStorage.getItem('jostle.seat.{code}') === null")).await?;
+    // By the secret of the lost seat, the room recognises who was removed.
+    bob.until_true(&format!("sessionStorage.getItem('jostle.seat.{code}') !== null")).await?;
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
     ada.until_true("!document.querySelector('#players .leave')").await?;
 
