@@ -1,10 +1,9 @@
 //! Pieces of the palette that carry rules: each is a zone, and the tables that make it work at once.
 
-use super::edit::{Splice, appended, apply};
-use super::field::{self, Spot};
+use super::field;
 use super::groups::with_group;
 use super::references::names;
-use super::text::{List, ScenePieces};
+use super::tables;
 use toml::de::DeTable;
 
 /// The text of a piece. In its parts, `$n` is the piece's number, `$own` and `$color` are the name and the colour of
@@ -130,9 +129,6 @@ to = "$own"
 reset = ["flag-$m"]
 "#;
 
-/// The names of the teams that a scene gets if it has none. Their colours are numbered like them.
-const TEAMS: [&str; 2] = ["orange", "blue"];
-
 impl RulePiece {
     /// Adds the piece to a text, with its zone at these corners and centre, each written as TOML.
     pub fn added(&self, text: &str, area: &str, at: &str) -> Option<String> {
@@ -146,14 +142,14 @@ impl RulePiece {
             text = format!("{text}\n[round]\n{}", self.round);
         }
         if self.of_team {
-            text = with_teams(text, &known);
+            text = tables::with_teams(text, 2)?;
         }
         let blanks = Blanks { teams: teams(&text), who: ball_group(&text), area, at };
         for group in self.groups {
             text = with_group(&text, &blanks.fill(group, n, m));
         }
         let fields = format!("name = \"{}-{n}\"\n{}", self.base, blanks.fill(self.zone, n, m));
-        text = with_table(&text, "zones", &fields)?;
+        text = tables::added(&text, "zones", &fields)?;
         let is_home = self.base == HOME.base;
         let mut tables = String::new();
         if !is_home || !has("flag", n) {
@@ -167,13 +163,13 @@ impl RulePiece {
         }
         for table in tables.split("\n[[").skip(1) {
             let (list, fields) = table.split_once("]]\n")?;
-            text = with_table(&text, list, fields.trim_end())?;
+            text = tables::added(&text, list, fields.trim_end())?;
         }
         Some(text)
     }
 }
 
-/// What is filled into the texts of a piece.
+/// The values for the blanks in the texts of a piece.
 struct Blanks<'a> {
     teams: Vec<(String, i64)>,
     who: String,
@@ -203,39 +199,10 @@ impl Blanks<'_> {
     }
 }
 
-/// Adds a table with these fields, one on each line, to a list.
-fn with_table(text: &str, list: &str, fields: &str) -> Option<String> {
-    let is_inline = |spot| match spot {
-        Spot::There { value, .. } => text[value].starts_with('{'),
-        Spot::Missing { .. } => false,
-    };
-    let table = format!("[[{list}]]\n{fields}\n");
-    let splice = if field::find(text, &format!("{list}[0]")).is_some_and(is_inline) {
-        field::push(text, list, &format!("{{ {} }}", fields.replace('\n', ", ")))?
-    } else if let Some(list) = List::ALL.into_iter().find(|known| known.path() == list) {
-        appended(text, &ScenePieces::read(text)?, list, &table)
-    } else {
-        Splice::insert(text.len(), format!("\n{table}"))
-    };
-    Some(ended(apply(text, vec![splice])))
-}
-
 /// The text with a final newline.
 fn ended(mut text: String) -> String {
     if !text.ends_with('\n') {
         text.push('\n');
-    }
-    text
-}
-
-/// Adds the teams that are missing until there are two.
-fn with_teams(mut text: String, known: &[String]) -> String {
-    for (color, name) in TEAMS.iter().enumerate().skip(teams(&text).len()) {
-        let name = match known.iter().any(|known| known == name) {
-            true => super::references::free_name(&text, name),
-            false => (*name).to_owned(),
-        };
-        text = format!("{text}\n[[teams]]\nname = \"{name}\"\ncolor = {color}\n");
     }
     text
 }

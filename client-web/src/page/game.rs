@@ -7,6 +7,7 @@ mod highlights;
 pub mod input;
 pub mod membership;
 mod messages;
+mod room_socket;
 
 use crate::net::clock::TICK_MS;
 use crate::net::report::Fetched;
@@ -21,13 +22,14 @@ use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
-use connection::{Connection, Link, RoomSocket, State};
+use connection::{Connection, Link, State};
 use highlights::Showing;
 use input::GameInput;
 use jostle_game::{RoundPhase, Scene, Seat};
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::TICKS_PER_SECOND;
 use membership::{GameView, RoomMembership};
+use room_socket::RoomSocket;
 use std::sync::Arc;
 
 /// The code of an in-page room that is played alone; any other in-page room is a demo.

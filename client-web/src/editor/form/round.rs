@@ -7,7 +7,6 @@ use crate::editor::field_words::FieldWords;
 use crate::editor::strings;
 use crate::editor::tables;
 use crate::language::say;
-use crate::view::palette;
 use jostle_game::scene::{FieldForm, TEAMS_MAX};
 
 /// Length of a round in a scene that had none, seconds.
@@ -60,10 +59,7 @@ pub fn switch(text: &str, on: bool) -> Option<String> {
 
 /// Adds teams after the last one, named after the players' colours, or removes the last ones.
 pub fn set_teams(text: &str, count: usize) -> Option<String> {
-    let mut text = text.to_owned();
-    for team in tables::count(&text, "teams")..count.min(TEAMS_MAX) {
-        text = tables::added(&text, "teams", &[format!("name = \"{}\"", palette::NAMES[team])])?;
-    }
+    let mut text = tables::with_teams(text.to_owned(), count)?;
     for team in (count..tables::count(&text, "teams")).rev() {
         text = tables::removed(&text, "teams", Some(team))?;
     }

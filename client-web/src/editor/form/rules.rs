@@ -38,7 +38,7 @@ pub fn added(text: &str, zone: Option<&str>) -> Option<String> {
         Some(zone) => format!("enter = {}", quoted(zone)),
         None => "every = 10".to_owned(),
     };
-    tables::added(text, "rules", &[occasion, "score = 1".to_owned()])
+    tables::added(text, "rules", &(occasion + "\nscore = 1"))
 }
 
 /// Gives a rule another occasion, without the effects that it cannot have there.

@@ -88,7 +88,7 @@ fn a_bot_runs_to_the_finish_and_wins() {
 fn a_flag_brought_home_is_a_point_for_its_team() {
     let editor = build(&[("home", [60.0, 60.0]), ("home", [260.0, 60.0])]);
     let text = editor.text();
-    for (home, team, flag) in [(1, "orange", 2), (2, "blue", 1)] {
+    for (home, team, flag) in [(1, "orange", 2), (2, "sky", 1)] {
         let rule =
             format!("on = \"home-{home}\"\nscore = 1\nto = \"{team}\"\nreset = [\"flag-{flag}\"]");
         assert_eq!(text.matches(&rule).count(), 1, "{text}");

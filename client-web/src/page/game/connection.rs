@@ -1,9 +1,9 @@
 //! A game's connection to its room: how it is opened, lost, retried and ended, and the game's current stage. A room in
 //! the page is always connected.
 
+use super::room_socket::{RoomSocket, Turn};
 use crate::net::api::Request;
 use crate::net::meter::{Meter, Traffic};
-use crate::net::reconnect::{Backoff, LONGEST_MS, UNTRIED_MS};
 use crate::page::context::Context;
 use crate::page::dialogs::Question;
 use crate::page::event::Effect;
@@ -12,7 +12,7 @@ use crate::page::storage::Secret;
 use crate::page::strings::{self, Card};
 use crate::world::room_in_page::RoomInPage;
 use jostle_protocol::{
-    Appearance, ClientMessage, ClipRefusal, DecodeError, Refusal, Role, Servers, VERSION,
+    Appearance, ClientMessage, ClipRefusal, DecodeError, Refusal, Role, VERSION,
 };
 
 /// How long a move to another server may take before it is shown as a lost connection, milliseconds.
@@ -20,8 +20,6 @@ const MOVE_MS: f64 = 1000.0;
 /// Time after the welcome during which snapshots must be received before the connection counts as good, milliseconds. A
 /// good connection that is lost is retried immediately; one that fails sooner is retried with growing delays.
 const PROVEN_MS: f64 = 5000.0;
-/// Silence after which a socket is abandoned, milliseconds.
-const SILENCE_MS: f64 = 6000.0;
 /// The number of attempts after which neither a WebSocket nor HTTP has opened, although the server answers requests.
 const ATTEMPTS_BLOCKED: u32 = 3;
 /// Interval between pings, milliseconds.
@@ -465,89 +463,6 @@ impl Connection {
 pub enum Link {
     Server(RoomSocket),
     InPage(Box<RoomInPage>),
-}
-
-/// The socket to a room on the server, and what is needed to open the next one.
-#[derive(Debug)]
-pub struct RoomSocket {
-    /// The origins of servers that may run the room; an empty origin is the page's own server.
-    pub servers: Servers,
-    /// The number of the newest session.
-    pub session: u32,
-    /// Whether the newest session, and the next one, use HTTP instead of a WebSocket.
-    pub over_http: bool,
-    pub open: bool,
-    /// Whether the newest session's socket has opened.
-    pub has_opened: bool,
-    /// Whether the server has answered a request since a WebSocket failed to open.
-    pub is_answered: bool,
-    pub opened_ms: f64,
-    /// The time of the most recent message from the server.
-    pub heard_ms: f64,
-    /// Whether the previous check found that the server had been silent for too long.
-    pub silent: bool,
-    /// The time of the welcome, until the connection is known to be good.
-    pub unproven_ms: Option<f64>,
-    /// Determines when to try again.
-    pub backoff: Backoff,
-}
-
-impl RoomSocket {
-    /// A socket that is not open yet, to the page's own server.
-    pub fn new(now_ms: f64, over_http: bool) -> RoomSocket {
-        RoomSocket {
-            servers: Servers::new(String::new()),
-            session: 0,
-            over_http,
-            open: false,
-            has_opened: false,
-            is_answered: false,
-            opened_ms: now_ms,
-            heard_ms: now_ms,
-            silent: false,
-            unproven_ms: None,
-            backoff: Backoff::default(),
-        }
-    }
-
-    /// Silence after which the socket is abandoned, milliseconds. The limit is shorter for a socket that does not open
-    /// while another server has not been tried.
-    fn silence_ms_max(&self) -> f64 {
-        if !self.has_opened && self.servers.has_untried() { UNTRIED_MS } else { SILENCE_MS }
-    }
-
-    /// Whether the server has been silent for too long since the socket was opened.
-    pub fn is_silent(&self, now_ms: f64) -> bool {
-        now_ms - self.heard_ms.max(self.opened_ms) > self.silence_ms_max()
-    }
-
-    /// Chooses between a WebSocket and HTTP for the next session, if the newest one, to the page's own server, did not
-    /// open. HTTP is chosen only if a WebSocket fails after the server has answered a request: a server that restarts
-    /// answers none until it accepts WebSockets, too.
-    fn turn(&mut self) -> Turn {
-        if self.has_opened || !self.servers.current().is_empty() {
-            return Turn::None;
-        }
-        self.over_http = std::mem::take(&mut self.is_answered) && !self.over_http;
-        if self.over_http { Turn::Http } else { Turn::Ask }
-    }
-
-    /// Records that the socket was lost or could not be opened, so that another attempt follows. `random` is uniform in
-    /// [0, 1).
-    pub fn lost(&mut self, now_ms: f64, random: f64) {
-        let longest_ms = if self.servers.has_untried() { UNTRIED_MS } else { LONGEST_MS };
-        self.backoff.lost(now_ms, random, longest_ms);
-    }
-}
-
-/// What follows a socket that did not open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Turn {
-    None,
-    /// Asks whether the server answers requests at all.
-    Ask,
-    /// Tries HTTP at once.
-    Http,
 }
 
 /// The stage of a game, as given in `data-state`.
