@@ -108,7 +108,7 @@ fn a_deleted_piece_takes_its_rules_along() {
     // A new goal is again that of the first team.
     act(&mut editor, [EditorEvent::Placed(Make::Goal, Vec2::new(40.0, 24.0))]);
     assert!(
-        editor.text().contains("enter = \"goal-1\"\nscore = 1\nto = \"blue\""),
+        editor.text().contains("enter = \"goal-1\"\nscore = 1\nto = \"sky\""),
         "{}",
         editor.text()
     );
