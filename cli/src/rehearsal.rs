@@ -20,7 +20,7 @@ const TICKS_MAX: u32 = 5 * PLAYED_TICKS;
 const IDLE_DISTANCE: f32 = 6.0;
 const IDLE_TICKS: u32 = 50 * TICKS_PER_SECOND;
 
-/// What happened in a rehearsal.
+/// The results of a rehearsal.
 #[derive(Debug, Default, Serialize)]
 pub struct Rehearsal {
     /// Number of bots that played.
@@ -33,7 +33,7 @@ pub struct Rehearsal {
     pub fallen: u32,
     /// Names of the bots that stood about.
     pub idle: Vec<String>,
-    /// What is wrong with the scene, in sentences.
+    /// The problems of the scene, in sentences.
     pub problems: Vec<String>,
 }
 

@@ -29,7 +29,7 @@ const ENCLOSED: [&str; 8] = [
 
 /// The file with the digests of all others.
 const DIGESTS: &str = "SHA256SUMS";
-/// What signatures are for, so that one made for another purpose is not valid here.
+/// The purpose of the signatures; one made for another purpose is not valid here.
 const NAMESPACE: &str = "jostle-release";
 
 /// Builds, tests and packs everything, and signs the digests if a key is given.

@@ -9,7 +9,7 @@ thread_local! {
     static WORDS: Cell<&'static str> = const { Cell::new("") };
 }
 
-/// What the form says about a field.
+/// The words of the form for a field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FieldWords {
     pub label: String,

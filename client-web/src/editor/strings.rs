@@ -92,7 +92,7 @@ pub const ALL: &str = "everyone";
 /// Bodies of the groups that are named after the kinds: hero, minion, dumb, platform, pack, block.
 pub const GROUPS: [&str; 6] =
     ["a hero", "a minion", "a marble", "a platform", "a dye pack", "a block"];
-/// What a new line of a rule says.
+/// The text of a new line of a rule.
 pub const WELL_DONE: &str = "Well done!";
 
 /// A rule with more than a sentence can say.

@@ -35,7 +35,7 @@ pub struct HttpStream {
     posted: Option<Vec<u8>>,
 }
 
-/// What to do after the answer to a post.
+/// The next step after the answer to a post.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// Send what has gathered in the meantime.

@@ -19,7 +19,7 @@ const BESTS_MAX: usize = 64;
 /// The name that the server gives to scenes of guests, whose bests are not kept.
 const GUEST: &str = "guest";
 
-/// What a player achieved in a round.
+/// A player's result in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Score {
     /// Time to the goal, ticks.
@@ -118,7 +118,7 @@ fn best_name(ctx: &Context, game: &GameScreen) -> Option<String> {
     Some(name.to_owned()).filter(|name| name != GUEST)
 }
 
-/// What the player achieved in a round that is over, if that can be compared with other rounds.
+/// The player's result in a round that is over, if it can be compared with other rounds.
 fn score_of(replica: &Replica, round: &RoundInfo) -> Option<Score> {
     let (room, moments) = (&replica.room, &replica.moments);
     let spec = room.scene.rules.round.as_ref()?;

@@ -36,13 +36,13 @@ pub struct Bot {
     /// Ticks until the bot looks again.
     wait: u32,
     held: Input,
-    /// What the bot decided, each with the tick of the game from which its hands do it.
+    /// The bot's decisions, each with the tick from which its inputs follow it.
     decided: VecDeque<(u32, Input)>,
     pub(super) memory: BotMemory,
     slinger: Slinger,
 }
 
-/// What a bot is about to do in a round.
+/// A bot's plans for a round.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BotMemory {
     /// Index of the next gate.

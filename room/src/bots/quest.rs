@@ -4,7 +4,7 @@
 use jostle_game::scene::{Condition, Each, SignalKind, Stays, Step, To, Trigger, ZoneArea};
 use jostle_game::{RoundInfo, Scene};
 
-/// What heroes of a team have to touch, one zone after another.
+/// The zones that heroes of a team have to touch, one after another.
 #[derive(Clone, Debug, Default)]
 pub struct Quest {
     /// The team that it is good for; `None` for all players.

@@ -32,7 +32,7 @@ const WAY: [Vec2; 10] = [
 pub struct Novice {
     rng: Rng,
     held: Input,
-    /// What the novice decided and has not done yet, the oldest first.
+    /// Decisions that the novice has not carried out yet, the oldest first.
     decided: VecDeque<Input>,
     corner: usize,
 }

@@ -382,7 +382,7 @@ impl Writer<'_> {
     }
 }
 
-/// What people call a body of a group.
+/// A body of a group, in words.
 fn group_label(group: &str) -> String {
     let known = ["hero", "minion", "dumb", "platform", "pack", "block"];
     let known = known.iter().position(|known| *known == group);

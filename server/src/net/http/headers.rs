@@ -17,7 +17,7 @@ const FIXED: [(HeaderName, &str); 5] = [
     ),
 ];
 
-/// What a frame's origin has to look like. Browsers ignore other sources in a policy, or take them for something else.
+/// The form of a frame's origin. Browsers ignore other sources in a policy, or interpret them differently.
 const ALLOWED: &str = "allowed: a scheme, a host and perhaps a port, such as https://www.example.org, without a path, \
     `*` or an IPv6 address; a name that is not in English letters begins with xn--";
 

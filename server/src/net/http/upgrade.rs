@@ -17,7 +17,7 @@ pub struct Upgrade {
     pub opening: Opening,
 }
 
-/// What carries a session.
+/// The transport of a session.
 pub enum Opening {
     /// A WebSocket; the response accepts the upgrade.
     WebSocket,
