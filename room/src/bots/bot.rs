@@ -76,7 +76,7 @@ impl Bot {
         }
     }
 
-    /// Lets people catch up by this share, 0..1; `None` if there is nobody who would.
+    /// Lets people catch up by this share, 0..1; `None` if no person plays.
     pub fn ease(&mut self, ease: Option<f32>) {
         self.ease = ease.unwrap_or(0.0);
         self.skill = ease.map_or(Skill::BEST, Skill::eased);

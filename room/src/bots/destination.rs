@@ -111,29 +111,26 @@ impl Bot {
         let is_done = |id| !world.contains(id) || !is_out(id) || aim_of(id).is_none();
         self.memory.herds.take_if(|&mut id| is_done(id));
         if self.memory.herds.is_none() {
-            let theirs = view.aims.goals.iter().filter(|other| other.keeps);
-            let theirs: Vec<&ZoneSpec> = theirs
-                .filter(|other| !other.is_good_for(own.team))
-                .map(|other| zone_of(view, other.zone))
-                .collect();
             let is_nearly_full = |zone: &ZoneSpec| {
                 let inside = view.balls(goal.balls).filter(|&id| zone.holds(world.position(id)));
                 matches!(zone.need, Need::Count(need) if inside.count() + 1 >= need as usize)
             };
+            let theirs = view.aims.goals.iter().filter(|other| other.keeps);
+            let theirs: Vec<(&ZoneSpec, f32)> = theirs
+                .filter(|other| !other.is_good_for(own.team))
+                .map(|other| zone_of(view, other.zone))
+                .map(|zone| (zone, if is_nearly_full(zone) { -RIVALS_ROBOT } else { RIVALS_ROBOT }))
+                .collect();
             let mates: Vec<Vec2> =
                 view.mates(self.seat).map(|(_, hero)| world.position(hero)).collect();
             let cost = |id: BodyId| {
                 let at = world.position(id);
                 let miss = own.at.distance(at);
                 let is_mates = mates.iter().any(|mate| mate.distance(at) < miss);
-                let theirs = theirs.iter().find(|zone| zone.holds(at));
+                let theirs = theirs.iter().find(|(zone, _)| zone.holds(at));
                 miss + nearest_inside(zone, scene.size, at).distance(at)
                     + if is_mates { MATES_ROBOT } else { 0.0 }
-                    + match theirs {
-                        Some(zone) if is_nearly_full(zone) => -RIVALS_ROBOT,
-                        Some(_) => RIVALS_ROBOT,
-                        None => 0.0,
-                    }
+                    + theirs.map_or(0.0, |(_, cost)| *cost)
             };
             let outside = view.balls(goal.balls).filter(|&id| is_out(id) && aim_of(id).is_some());
             self.memory.herds = outside.min_by(|&a, &b| cost(a).total_cmp(&cost(b)));

@@ -19,7 +19,7 @@ const SHOTS: [f32; 2] = [0.22, 0.34];
 pub struct Skill(f32);
 
 impl Skill {
-    /// The skill of a bot that plays against nobody who does anything.
+    /// The skill of a bot while no person plays.
     pub const BEST: Skill = Skill(1.0);
 
     /// The skill of a bot that lets people catch up by this share, 0..1.

@@ -19,6 +19,8 @@ const POWERS: u32 = 3;
 /// Time between two points of a path, seconds, and number of points.
 const PATH_STEP: f32 = 0.06;
 const PATH_POINTS: u32 = 80;
+/// Maximum number of bodies that a bot considers in its shots. If there are more, it considers targets only.
+const OBSTACLES_MAX: usize = 128;
 /// Error of an aim, radians per world unit of a hero's aiming error.
 const MISS_ANGLE: f32 = 0.012;
 /// How much better a shot is that meets a target first, or something else that breaks, world units.
@@ -114,7 +116,12 @@ fn obstacles(view: &BotView, spec: &SlingSpec) -> Vec<Obstacle> {
         is_target: view.aims.targets >> body.group & 1 == 1,
         breaks: breakable >> body.group & 1 == 1 && game.world().motion(body.id) == Motion::Dynamic,
     });
-    obstacle.collect()
+    let mut obstacles: Vec<Obstacle> = obstacle.collect();
+    if obstacles.len() > OBSTACLES_MAX {
+        obstacles.retain(|obstacle| obstacle.is_target);
+        obstacles.truncate(OBSTACLES_MAX);
+    }
+    obstacles
 }
 
 /// How promising a shot is: whether its path first meets a target, or otherwise how near it comes to one.

@@ -19,6 +19,11 @@ const JUMP: f32 = 0.8;
 const JUMP_ONTO: f32 = 0.4;
 const DROP: [f32; 2] = [0.2, 0.65];
 
+/// Maximum number of surfaces among which a bot looks for a way. If there are more, it knows those nearby.
+const SURFACES_MAX: usize = 64;
+/// Distance within which a surface is nearby, world units.
+const NEARBY: f32 = 120.0;
+
 /// Something to stand on, for the centre of a hero.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
@@ -31,7 +36,15 @@ struct Surface {
     swept: [Vec2; 2],
 }
 
-/// A walking hero, and what it can stand on.
+impl Surface {
+    /// Returns whether a point is at most [`NEARBY`] away, horizontally and vertically.
+    fn is_near(&self, at: Vec2) -> bool {
+        let off_x = at.x - at.x.clamp(self.left, max(self.left, self.right));
+        off_x.abs() < NEARBY && (at.y - self.top).abs() < NEARBY
+    }
+}
+
+/// A walking hero, and the surfaces on which it can stand.
 pub struct Walker {
     walk: WalkSpec,
     /// Height of the highest jump, world units.
@@ -55,7 +68,12 @@ impl Walker {
             meets && view.game.world().motion(body.id) != Motion::Dynamic
         });
         let margin = half.x * MARGIN;
-        let surfaces = bodies.map(|body| surface(view, &body, margin, late)).collect();
+        let mut surfaces: Vec<Surface> =
+            bodies.map(|body| surface(view, &body, margin, late)).collect();
+        if surfaces.len() > SURFACES_MAX {
+            surfaces.retain(|surface| surface.is_near(own.at));
+            surfaces.truncate(SURFACES_MAX);
+        }
         let at = own.at + Vec2::new(own.velocity.x * late, 0.0);
         let height = walk.jump * walk.jump / (2.0 * fall);
         Some(Walker { walk, height, fall, width: half.x, at, feet: own.at.y - half.y, surfaces })
