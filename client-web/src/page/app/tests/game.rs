@@ -1,9 +1,8 @@
-//! Tests of games: joining, input, lost connections, refusals, hosts, dialogs and addresses.
+//! Tests of games: joining, input, lost connections, refusals, dialogs and addresses.
 
 use super::*;
 use crate::page::address::PendingGame;
 use crate::page::event::{Pointer, PointerChange};
-use crate::page::panels::{self, dialogs, players};
 use crate::page::storage::Secret;
 use crate::view::frame::View;
 use crate::world::replica::News;
@@ -128,78 +127,6 @@ fn a_socket_that_never_opens_though_the_server_answers_is_explained() {
     assert_eq!(browser.app.notice(), Some(strings::NO_SOCKET));
     browser.accept("arena");
     assert_eq!(browser.app.state(), "playing");
-}
-
-impl Browser {
-    /// Fails to open the socket, and waits for the next attempt. Returns whether that one uses HTTP.
-    fn fails_to_open(&mut self, is_answered: bool) -> bool {
-        self.socket(SocketEvent::Closed { code: 1006 });
-        let answer = is_answered.then(|| "{\"rooms\":[]}".to_owned());
-        self.say(Event::Answered(Request::Rooms, answer));
-        self.reconnects();
-        self.uses_http()
-    }
-
-    /// Waits for the next attempt.
-    fn reconnects(&mut self) {
-        let session = self.session;
-        while self.session == session {
-            self.wait(200);
-        }
-    }
-
-    fn uses_http(&self) -> bool {
-        let mut effects = self.effects.iter().rev();
-        effects.find_map(|effect| match effect {
-            Effect::Connect { over_http, .. } => Some(*over_http),
-            _ => None,
-        }) == Some(true)
-    }
-}
-
-#[test]
-fn http_is_used_if_websockets_fail_and_the_server_answers() {
-    let mut browser = Browser::open("/arena", "");
-    assert!(!browser.fails_to_open(false), "the server is down");
-    assert!(!browser.fails_to_open(true), "it is up again");
-    assert!(browser.fails_to_open(false), "but no WebSocket opens");
-    assert!(!browser.fails_to_open(false), "HTTP did not open either");
-    assert!(!browser.fails_to_open(true) && browser.fails_to_open(false));
-    browser.accept("arena");
-    let shown = |browser: &Browser| {
-        let mut panels = panels::OF_FRAMES.iter().map(|panel| panel(&browser.app));
-        panels.any(|view| view.text_of("#told") == Some(strings::OVER_HTTP))
-    };
-    assert!(shown(&browser));
-    browser.wait(20_000);
-    assert!(!shown(&browser));
-    let kept = Effect::StoreSession("jostle.http".into(), Some("1".into()));
-    assert!(browser.effects.contains(&kept));
-    // Once open, the connection is retried in the same way, and so is the tab's next game.
-    browser.socket(SocketEvent::Closed { code: 1006 });
-    browser.reconnects();
-    assert!(browser.uses_http());
-    browser.say(clicked("leave", ""));
-    browser.effects.clear();
-    browser.say(Event::Navigated(Address { path: "/bounds".into(), ..Address::default() }));
-    assert!(browser.uses_http());
-    assert!(!browser.fails_to_open(false), "another network may not let HTTP through");
-    browser.accept("bounds");
-    assert!(browser.effects.contains(&Effect::StoreSession("jostle.http".into(), None)));
-}
-
-#[test]
-fn a_restart_does_not_change_to_http() {
-    let mut browser = Browser::playing();
-    for _ in 0..3 {
-        assert!(!browser.fails_to_open(false));
-    }
-    assert!(!browser.fails_to_open(true), "it answered just after the attempt");
-    browser.accept("arena");
-    assert!(
-        !browser.fails_to_open(true) && !browser.fails_to_open(true),
-        "as if for the first time"
-    );
 }
 
 #[test]
@@ -530,128 +457,6 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
     assert!(!has(&browser.press("KeyD", "d"), "PreventDefault"));
     browser.press("Escape", "Escape");
     assert_eq!(browser.app.top(), Layer::Page);
-}
-
-#[test]
-fn a_host_confirms_before_a_player_is_removed() {
-    let mut browser = Browser::playing();
-    let seat = browser.app.screen.replica().expect("a room").room.seat;
-    browser.say(clicked("kick", &seat.0.to_string()));
-    assert_eq!(browser.app.top(), Layer::Ask);
-    browser.click("cancel");
-    assert!(browser.app.top() == Layer::Page && !kicked(&browser));
-    browser.say(clicked("kick", &seat.0.to_string()));
-    browser.click("confirm");
-    assert!(browser.app.top() == Layer::Page && kicked(&browser));
-    browser.say(clicked("kick", "99"));
-    assert_eq!(browser.app.top(), Layer::Page, "no such player");
-    browser.say(clicked("kick", &seat.0.to_string()));
-    browser.click("ask-network");
-    browser.click("confirm");
-    assert_eq!(browser.sent.last(), Some(&ClientMessage::KickNetwork { seat }));
-}
-
-#[test]
-fn a_bot_is_removed_without_a_question() {
-    let mut browser = Browser::playing();
-    let seat = browser.app.screen.replica().expect("a room").room.seat;
-    assert!(browser.sent.contains(&ClientMessage::FollowBots));
-    browser.server_says(&ServerMessage::Bots { seats: vec![seat] });
-    browser.say(clicked("kick", &seat.0.to_string()));
-    assert!(browser.app.top() == Layer::Page && kicked(&browser));
-    let list = players::view(&browser.app);
-    let last = list.items_of("#players").and_then(|items| items.last()?.text_of(""));
-    assert_eq!(last, Some("0 players, 1 bot"));
-}
-
-fn kicked(browser: &Browser) -> bool {
-    browser.sent.iter().any(|message| matches!(message, ClientMessage::Kick { .. }))
-}
-
-#[test]
-fn a_player_changes_name_and_colour_in_the_room() {
-    let mut browser = Browser::playing();
-    let asked = |browser: &Browser| {
-        let looks = browser.sent.iter().filter_map(|message| match message {
-            ClientMessage::Look { appearance } => Some(appearance.name.to_string()),
-            _ => None,
-        });
-        looks.collect::<Vec<_>>()
-    };
-    let own = players::view(&browser.app);
-    assert_eq!(own.items_of("#players").map(|items| items[0].name), Some("own-item"));
-    browser.click("rename");
-    assert_eq!(dialogs::view(&browser.app).focus, Some("#own-name"));
-    browser.say(Event::LookChosen("Bob".into(), 5));
-    // The room would drop changes that follow too soon, so only the last one is sent later.
-    browser.say(Event::LookChosen("Ci".into(), 5));
-    browser.say(Event::LookChosen("Cid".into(), 6));
-    assert_eq!(asked(&browser), ["Bob"]);
-    browser.wait(3000);
-    assert_eq!(asked(&browser), ["Bob", "Cid"]);
-    let look = browser.app.screen.replica().and_then(|replica| replica.room.own_look().cloned());
-    assert_eq!(look, Appearance::new("Cid", 6).ok());
-    assert_eq!(browser.app.visit.own_color, 6);
-    let renamed = |(_, news): &(usize, News)| matches!(news, News::Renamed(before, _) if &*before.name == "Ann");
-    assert!(browser.app.visit.news.lines.iter().any(renamed));
-    assert_eq!(browser.stored("jostle.name").as_deref(), Some("Cid"));
-    browser.say(Event::LookChosen("  ".into(), 6));
-    assert!(!browser.app.settings.note.is_empty(), "says what is wrong");
-    // The next hello has the new name.
-    browser.socket(SocketEvent::Closed { code: 1006 });
-    browser.wait(600);
-    browser.accept("arena");
-    let hello = browser.sent.iter().rev().find_map(|message| match message {
-        ClientMessage::Hello { appearance, .. } => Some(appearance.name.to_string()),
-        _ => None,
-    });
-    assert_eq!(hello.as_deref(), Some("Cid"));
-}
-
-#[test]
-fn a_host_who_closes_the_room_sees_a_notice_of_their_own() {
-    let mut browser = Browser::playing();
-    browser.click("close-room");
-    browser.press("Escape", "Escape");
-    assert_eq!(browser.app.top(), Layer::Page);
-    browser.click("close-room");
-    browser.click("confirm");
-    assert!(browser.sent.iter().any(|message| matches!(message, ClientMessage::CloseRoom)));
-    let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomClosed });
-    assert!(has(&done, "jostle.host.arena"), "{done:?}");
-    let text = browser.app.notice().map(|card| card.text);
-    assert_eq!(text, Some(strings::CLOSED_BY_YOU.text));
-}
-
-#[test]
-fn the_players_of_a_closed_room_can_follow_its_host() {
-    let key = Token([9; limits::TOKEN_BYTES]);
-    let close = |browser: &mut Browser| {
-        browser.app.ctx.storage.set_secret(Secret::Host, "arena", Some(key));
-        browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Some(key));
-        browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomClosed });
-    };
-    let mut host = Browser::playing();
-    host.click("close-room");
-    host.click("confirm");
-    close(&mut host);
-    host.wait(4000);
-    host.click("notice");
-    let asked = host.say(Event::SceneClicked("pile".into(), form("Ann")));
-    assert!(has(&asked, &format!("after: Some({:?})", key.text())), "{asked:?}");
-    let next = Request::Next(key.text());
-    assert!(!host.effects.contains(&Effect::Request(next.clone())), "the host knows");
-
-    let mut guest = Browser::playing();
-    close(&mut guest);
-    guest.wait(4000);
-    assert!(guest.effects.contains(&Effect::Request(next.clone())));
-    guest.say(Event::Answered(next.clone(), Some("{}".into())));
-    assert_eq!(guest.title(), "Room closed");
-    guest.say(Event::Answered(next, Some(r#"{"code":"oak"}"#.into())));
-    assert_eq!(guest.title(), strings::NEXT_ROOM.title);
-    let entered = guest.click("notice");
-    assert!(has(&entered, "Connect { path: \"/oak\""), "{entered:?}");
 }
 
 #[test]
