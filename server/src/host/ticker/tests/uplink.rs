@@ -3,6 +3,7 @@
 use super::*;
 use crate::limits::{ADDRESS_UPLINK_SHARE, GUESTS_UPLINK_SHARE, UPLINK_BURST_SECONDS};
 use jostle_protocol::{ServerMessage, SnapshotStream};
+use jostle_sim::TICKS_PER_SECOND;
 
 /// Bodies between two walls that never come to rest.
 const RESTLESS: &str = r#"title = "Restless"
