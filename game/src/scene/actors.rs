@@ -1,12 +1,13 @@
 //! Heroes, minions, marbles and dye packs in a scene file.
 
+use super::field::{POSITION, Range, SECONDS};
 use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::{SPEED_MAX, TICKS_MAX};
 use super::recipes::Recipes;
 use super::rules::{self, LaneAxis};
 use super::sources;
-use super::table::{POSITION, Range, SECONDS, Table};
+use super::table::Table;
 use super::tools::Tools;
 use super::traits::{Kinds, Traits, drag};
 use glam::Vec2;

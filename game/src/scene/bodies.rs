@@ -1,12 +1,13 @@
 //! Bodies in a scene file: individual ones, and layouts that depend on the seed.
 
+use super::field::{POSITION, Range, VELOCITY};
 use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX};
 use super::path::Path;
 use super::recipes::Recipes;
 use super::rules::{Condition, POINTS_MAX, RuleNames};
-use super::table::{POSITION, Range, Table, VELOCITY};
+use super::table::Table;
 use super::traits::{Kinds, Traits, shape};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, DT, Motion, Shape, TICKS_PER_SECOND};

@@ -1,7 +1,8 @@
 //! Marks in a scene file: dots on the wall, as on dice, which the page draws and the game ignores.
 
+use super::field::{POSITION, Range};
 use super::rules::Names;
-use super::table::{POSITION, Range, Table};
+use super::table::Table;
 use glam::Vec2;
 
 /// Maximum number of marks in a scene.

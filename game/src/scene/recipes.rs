@@ -1,7 +1,8 @@
 //! A scene's particle recipes: its own, and the presets that it uses.
 
+use super::field::Range;
 use super::limits::{NAME_ALLOWED, RECIPES_MAX, SCENE_NAME_BYTES_MAX, is_name};
-use super::table::{Document, Field, Range, Table, one_of};
+use super::table::{Document, Field, Table, one_of};
 use jostle_sim::Recipe;
 use jostle_sim::short_sort::sort_few;
 use toml::de::DeTable;

@@ -1,8 +1,9 @@
 //! The sling in a scene file.
 
 use super::bodies::Placed;
+use super::field::{Range, SECONDS};
 use super::rules::{Condition, Names, POINTS_MAX};
-use super::table::{Range, SECONDS, Table};
+use super::table::Table;
 use super::tools::Tools;
 use glam::Vec2;
 use jostle_sim::Motion;

@@ -1,7 +1,8 @@
 //! A scene's solver and its settings. Values out of range are refused, never silently corrected (C22c), and so are
 //! settings for a solver that the scene does not use.
 
-use super::table::{Field, Range, Table};
+use super::field::Range;
+use super::table::{Field, Table};
 use jostle_sim::{Conjugate, Relaxation, Solver};
 
 /// Reads `response`, `solver` and the table of the solver's settings.

@@ -1,10 +1,11 @@
 //! Emitters and launchers in a scene file, which make particles, dye packs and marbles by themselves.
 
+use super::field::{INTERVAL, POSITION, SECONDS, VELOCITY};
 use super::kind::Kind;
 use super::limits::TICKS_MAX;
 use super::recipes::Recipes;
 use super::rules::{Condition, Names};
-use super::table::{INTERVAL, POSITION, SECONDS, Table, VELOCITY};
+use super::table::Table;
 use glam::Vec2;
 use jostle_sim::{EmitterDef, Source};
 

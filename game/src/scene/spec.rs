@@ -3,6 +3,7 @@
 use super::actors::{self, HeroSpec, MarbleSpec, PackSpec};
 use super::bodies::{self, Layout, Placed};
 use super::error::{SceneError, line_at, locate};
+use super::field::{POSITION, Range};
 use super::groups::Groups;
 use super::limits::{
     BODIES_MAX, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, PACKS_MAX, PARTICLES_MAX, QUANTUM_MIN,
@@ -15,7 +16,7 @@ use super::sling::{self, SlingSpec};
 use super::solver;
 use super::sources::{self, LAUNCHERS_MAX, Launcher, Location, ScheduledEmitter};
 use super::springs::{self, PlacedSpring};
-use super::table::{Field, POSITION, Range, Table, read_list};
+use super::table::{Field, Table, read_list};
 use super::theme::Theme;
 use super::tools::Tools;
 use glam::Vec2;

@@ -1,10 +1,11 @@
 //! Springs in a scene file.
 
 use super::bodies::Placed;
+use super::field::{POSITION, Range};
 use super::limits::SIZE_MAX;
 use super::rules::Names;
 use super::sources::Location;
-use super::table::{POSITION, Range, Table};
+use super::table::Table;
 use glam::Vec2;
 use jostle_sim::Motion;
 

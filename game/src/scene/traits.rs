@@ -1,9 +1,10 @@
 //! Properties of bodies: the defaults for each kind (B3), and the scene file fields that change them.
 
+use super::field::Range;
 use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::{EXTENT_MIN, GRAVITY_SCALE_MAX, MASS_MAX, MASS_MIN, SIZE_MAX};
-use super::table::{Field, Range, Table, one_of};
+use super::table::{Field, Table, one_of};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag, Motion, Shape};
 

@@ -1,8 +1,9 @@
 //! Rounds and teams in a scene file.
 
 use super::names::{self, COLORS, Names, POINTS_MAX, SENTENCE_CHARS_MAX};
+use crate::scene::field::{POSITION, Range, SECONDS};
 use crate::scene::limits::SEATS_MAX;
-use crate::scene::table::{Field, POSITION, Range, SECONDS, Table};
+use crate::scene::table::{Field, Table};
 use glam::Vec2;
 
 const SPAWNS_MAX: usize = 64;

@@ -4,8 +4,9 @@ use super::condition::Condition;
 use super::names::{Names, POINTS_MAX, RuleNames, SENTENCE_CHARS_MAX};
 use super::signal::{Each, SignalKind, SignalSpec};
 use super::zone::ZoneSpec;
+use crate::scene::field::{INTERVAL, SECONDS};
 use crate::scene::recipes::Recipes;
-use crate::scene::table::{Field, INTERVAL, SECONDS, Table};
+use crate::scene::table::{Field, Table};
 
 /// Maximum number of lives that one rule may give or take.
 const LIFE_MAX: i32 = 1000;

@@ -2,7 +2,8 @@
 
 use super::condition::Condition;
 use super::names::{self, Names};
-use crate::scene::table::{SECONDS, Table, one_of};
+use crate::scene::field::SECONDS;
+use crate::scene::table::{Table, one_of};
 
 const STEPS: std::ops::RangeInclusive<usize> = 2..=16;
 

@@ -2,9 +2,10 @@
 
 use super::condition::Condition;
 use super::names::{self, COLORS, RuleNames, SENTENCE_CHARS_MAX};
+use crate::scene::field::{POSITION, Range, SECONDS};
 use crate::scene::groups::Groups;
 use crate::scene::limits::{BODIES_MAX, EXTENT_MIN, SIZE_MAX};
-use crate::scene::table::{POSITION, Range, SECONDS, Table};
+use crate::scene::table::Table;
 use glam::Vec2;
 use jostle_sim::Aabb;
 
