@@ -6,6 +6,8 @@ use jostle_protocol::limits::{POST_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
 
 /// Number of digits of the session's id, with which the streamed response begins.
 const ID_DIGITS: usize = 32;
+/// Maximum number of bytes that wait while a post is repeated; beyond that the connection is given up.
+const WAITING_BYTES_MAX: usize = 16 * POST_BYTES_MAX;
 /// The bit of a frame that ends its message, and the kinds of frames. The server sends no fragments.
 const FINAL: u8 = 0x80;
 const BINARY: u8 = 2;
@@ -147,7 +149,7 @@ impl HttpStream {
                 self.number += 1;
                 Next::Post
             }
-            0 | 408 | 429 | 500.. => Next::Retry,
+            0 | 408 | 429 | 500.. if self.waiting.len() <= WAITING_BYTES_MAX => Next::Retry,
             _ => Next::End,
         }
     }
@@ -239,6 +241,18 @@ mod tests {
         let long = [&[0x82, 0xfe, 0, 126, 0, 0, 0, 0][..], &[2; 126]].concat();
         assert_eq!(body, [&long[..], &[0x88, 0x82, 0, 0, 0, 0, 3, 0xe8]].concat());
         assert_eq!(stream.answered(404), Next::End);
+    }
+
+    #[test]
+    fn a_connection_on_which_too_much_waits_is_given_up() {
+        let mut stream = opened();
+        stream.send(&[1]);
+        stream.next_post().expect("a post");
+        while stream.answered(503) == Next::Retry {
+            assert!(stream.waiting.len() <= WAITING_BYTES_MAX);
+            stream.send(&[2; 100]);
+        }
+        assert!(stream.waiting.len() > WAITING_BYTES_MAX);
     }
 
     #[test]
