@@ -5,6 +5,8 @@
 //! page and in rendered pictures. Destination alpha stays 1.
 
 mod buffers;
+#[expect(dead_code, reason = "only build.rs packs shaders")]
+mod packed_shader;
 mod quads;
 mod shared;
 

@@ -1,5 +1,6 @@
 //! Parts shared by all pipelines: bind group 0 (camera and light field), and helpers to create pipelines.
 
+use super::packed_shader::unpack;
 use crate::view::draw::{DrawList, Globals, LIGHT_CELLS};
 use std::borrow::Cow;
 
@@ -149,11 +150,9 @@ pub struct PipelineParts<'a> {
 
 /// Creates a triangle pipeline without depth testing or multisampling.
 pub fn pipeline(device: &wgpu::Device, parts: PipelineParts) -> wgpu::RenderPipeline {
-    let shader: naga::Module =
-        postcard::from_bytes(parts.shader).expect("build.rs packed it with the same naga");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(parts.label),
-        source: wgpu::ShaderSource::Naga(Cow::Owned(shader)),
+        source: wgpu::ShaderSource::Naga(Cow::Owned(unpack(parts.shader))),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(parts.label),
