@@ -7,6 +7,8 @@ pub mod http;
 #[cfg(target_arch = "wasm32")]
 mod http_socket;
 pub mod http_stream;
+#[cfg(target_arch = "wasm32")]
+mod json;
 pub mod meter;
 pub mod reconnect;
 pub mod report;

@@ -81,6 +81,7 @@ pub struct SceneCard {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub alone: u32,
     /// Address of the scene's picture.
+    #[serde(default)]
     pub picture: Option<String>,
 }
 

@@ -2,7 +2,11 @@
 
 use jostle_game::scene::SceneError;
 use jostle_protocol::web::{Posted, RecordCard, RecordTable, RoomCard, SceneCard};
+#[cfg(not(target_arch = "wasm32"))]
 use serde::de::DeserializeOwned;
+
+#[cfg(target_arch = "wasm32")]
+pub use super::json::parse;
 
 /// The number of bots when a player plays a scene alone.
 pub fn bots_alone(card: &SceneCard) -> u32 {
@@ -73,12 +77,6 @@ pub fn scene_error(refused: Posted, file: &str) -> Option<SceneError> {
 pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
     let (file, found, allowed) = (file.to_owned(), found.to_owned(), allowed.to_owned());
     SceneError { file, line: 1, field: "file".to_owned(), found, allowed }
-}
-
-/// Parses an answer with the browser's JSON parser, since one in Rust would increase the download size.
-#[cfg(target_arch = "wasm32")]
-pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
-    serde_wasm_bindgen::from_value(js_sys::JSON::parse(answer).ok()?).ok()
 }
 
 #[cfg(not(target_arch = "wasm32"))]
