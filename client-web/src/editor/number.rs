@@ -1,5 +1,7 @@
 //! Formats numbers in the style of scene files, without unnecessary digits.
 
+use jostle_game::scene::parse_decimal;
+
 /// The maximum number of digits after the point for any number.
 pub const DECIMALS_MAX: u32 = 4;
 
@@ -7,7 +9,8 @@ pub const DECIMALS_MAX: u32 = 4;
 /// value is unchanged, that text is kept. Whole numbers keep a decimal point if the old text has one.
 pub fn written(value: f32, decimals: u32, before: &str) -> String {
     let new = rounded(value, decimals);
-    if before.replace('_', "").parse::<f64>().is_ok_and(|old| rounded(old as f32, decimals) == new)
+    if parse_decimal(&before.replace('_', ""))
+        .is_some_and(|old| rounded(old as f32, decimals) == new)
     {
         return before.to_owned();
     }

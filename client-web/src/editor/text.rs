@@ -2,6 +2,7 @@
 //! change. Each piece knows the byte ranges of its table and its numbers; the text is never regenerated from them.
 
 use super::strings;
+use jostle_game::scene::parse_decimal;
 use jostle_sim::{Shape, Vec2};
 use std::ops::Range;
 use toml::Spanned;
@@ -262,7 +263,7 @@ pub fn point(value: &Spanned<DeValue>) -> Option<Point> {
 /// Reads a finite number.
 pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
     let parsed = match value.get_ref() {
-        DeValue::Float(float) => float.as_str().parse::<f64>().ok()?,
+        DeValue::Float(float) => parse_decimal(float.as_str())?,
         DeValue::Integer(whole) => i64::from_str_radix(whole.as_str(), whole.radix()).ok()? as f64,
         _ => return None,
     };

@@ -1,6 +1,7 @@
 //! Simulates delay, jitter and stalls in one direction of a bad network. Messages stay in order, as on a socket. The
 //! same seed produces the same network.
 
+use jostle_game::scene::parse_decimal;
 use jostle_sim::Rng;
 
 /// Maximum simulated round trip, milliseconds.
@@ -28,7 +29,7 @@ impl NetworkConditions {
     /// Parses `150`, `150,30` or `300,100,stalls`; `None` if the text has a different format.
     pub fn parse(text: &str) -> Option<NetworkConditions> {
         let mut parts = text.split(',');
-        let number = |part: Option<&str>| part.map_or(Some(0.0), |part| part.parse::<f64>().ok());
+        let number = |part: Option<&str>| part.map_or(Some(0.0), parse_decimal);
         let trip_ms = number(Some(parts.next()?))?;
         let jitter_ms = number(parts.next())?;
         let stalls = match parts.next() {

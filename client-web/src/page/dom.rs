@@ -16,6 +16,7 @@ mod touchpad;
 pub mod views;
 
 use crate::browser;
+use jostle_game::scene::parse_decimal;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Document, Element, Event, EventTarget, HtmlElement, HtmlInputElement, MouseEvent};
@@ -132,6 +133,11 @@ pub fn target_within(event: &Event, selector: &str) -> Option<Element> {
 /// The value of the input field from which an event came.
 pub fn value_of<T: std::str::FromStr>(event: &Event) -> Option<T> {
     event.target()?.dyn_into::<HtmlInputElement>().ok()?.value().parse().ok()
+}
+
+/// The number in the input field from which an event came.
+pub fn number_of(event: &Event) -> Option<f64> {
+    parse_decimal(&value_of::<String>(event)?)
 }
 
 /// Formats a time, given in milliseconds since 1970, in the local style.

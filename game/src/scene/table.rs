@@ -13,6 +13,7 @@
 //! [`Document::checked`] returns the first error at the end. A table is therefore always read as a whole, and a
 //! misspelled field is reported as unknown rather than as missing.
 
+use super::decimal::parse_decimal;
 use super::error::{GUESS, SceneError, line_at, nearest};
 use super::field::{FieldForm, FieldInfo, Range};
 #[cfg(test)]
@@ -512,7 +513,7 @@ fn path_of(table: &str, name: &str) -> String {
 
 fn number_of(value: &DeValue) -> Option<f32> {
     match value {
-        DeValue::Float(float) => float.as_str().parse::<f64>().ok().map(|wide| wide as f32),
+        DeValue::Float(float) => parse_decimal(float.as_str()).map(|wide| wide as f32),
         _ => integer_of(value).map(|whole| whole as f32),
     }
 }

@@ -5,12 +5,13 @@ use crate::page::event::Event;
 use crate::page::panels::replay::tick_in_words;
 use crate::page::queue::Events;
 use crate::page::strings;
+use jostle_game::scene::parse_decimal;
 use web_sys::{Element, PointerEvent};
 
 /// Adds listeners to the speed controls and the timeline.
 pub fn listen(events: Events) {
     dom::listen(&dom::html("speeds"), "change", move |event: web_sys::Event| {
-        if let Some(speed) = dom::value_of(&event) {
+        if let Some(speed) = dom::number_of(&event) {
             events.push(Event::SpeedChosen(speed));
         }
     });
@@ -37,7 +38,7 @@ pub fn listen(events: Events) {
 /// The first and last tick of the timeline.
 fn limits() -> [f64; 2] {
     let slider: Element = dom::by_id("seek");
-    let limit = |name| slider.get_attribute(name).and_then(|value| value.parse().ok());
+    let limit = |name| parse_decimal(&slider.get_attribute(name)?);
     ["min", "max"].map(|name| limit(name).unwrap_or(0.0))
 }
 
