@@ -19,7 +19,7 @@ const SMALL: [&str; 4] = [
     "-Cllvm-args=-inlinedefault-threshold=55",
 ];
 /// Maximum compressed size of a build for users; a phone with 2 Mbit/s takes four seconds to download it.
-const PROGRAM_BYTES_MAX: u64 = 1_016_000;
+const PROGRAM_BYTES_MAX: u64 = 998_000;
 
 /// How the client is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -112,7 +112,7 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
 
 /// Maximum number of bytes that a first visit to the lobby downloads, excluding the lists of rooms and replays, whose
 /// length varies.
-const COLD_BYTES_MAX: u64 = 1_080_000;
+const COLD_BYTES_MAX: u64 = 1_060_000;
 
 /// Checks that a first visit downloads little, and that a second one requests only the document and the lists.
 pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
