@@ -3,7 +3,7 @@
 use crate::language::{fill, say};
 use crate::page::strings;
 use crate::world::replica::listener::LATE_S;
-use crate::world::replica::moments::race::Race;
+use crate::world::replica::moments::race::{self, Race};
 use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
@@ -140,10 +140,7 @@ impl RoundContext<'_> {
 
     /// The rest of a running round, ticks.
     fn left(&self, spec: &RoundSpec, ticks: f64) -> Option<f64> {
-        let won_at = self.race.and_then(|race| race.won_at);
-        let finish = spec.finish.zip(won_at).map(|(finish, won_at)| f64::from(won_at + finish));
-        let end = spec.time.map(f64::from).into_iter().chain(finish).reduce(f64::min);
-        end.map(|end| end - ticks)
+        race::round_length(spec, self.race).map(|length| f64::from(length) - ticks)
     }
 
     fn task(&self, spec: &RoundSpec) -> String {

@@ -25,6 +25,14 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 /// Help for the page's fixed keys.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
+/// Help for the keys that steer besides the chosen ones.
+pub const STEER_HELP: (&str, &str) = ("\u{2190} \u{2191} \u{2193} \u{2192} Space", "steer, too");
+/// Help for someone who watches a room.
+pub const WATCH_HELP: [(&str, &str); 3] = [
+    ("1 to 9", "follow a player; press again to stop"),
+    ("0", "the whole world"),
+    ("H", "hide all but the game"),
+];
 /// Help for the page's configurable keys. The mute key is omitted in scenes that use it.
 pub const CHOSEN_HELP: [(Action, &str); 4] = [
     (Action::Mute, "sound off / on"),

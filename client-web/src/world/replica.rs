@@ -193,7 +193,7 @@ impl Replica {
         let known_ticks = if is_first { KNOWN_TICKS } else { 0.0 };
         self.applied = Some(from.max(until));
         self.room.sample(tick);
-        self.ears.hear_samples(&self.room, tick, is_first);
+        self.ears.hear_samples(&self.room, self.moments.race.as_ref(), tick, is_first);
         if let Some(sound) = self.moments.observe(&self.room, tick) {
             self.ears.push(tick, Cue::of_room(sound));
         }

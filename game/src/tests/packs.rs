@@ -458,3 +458,26 @@ fn a_launcher_of_marbles_skips_its_turn_while_its_place_is_taken() {
     idle(&mut game, 60);
     assert_eq!(all(&game, Kind::Marble).len(), 1, "the first one lies there");
 }
+
+#[test]
+fn a_hit_in_splash_throws_a_standing_hero_aside() {
+    let mut game = built_in("splash", 1);
+    game.join(FIRST);
+    game.join(Seat(1));
+    // Past the countdown, until both stand.
+    idle(&mut game, 300);
+    let hero = hero_of(&game, FIRST);
+    let stands = game.world().position(hero);
+    let fire = Input::new(Buttons::FIRE, Some(stands + Vec2::new(16.0, 0.0)));
+    game.tick(&[(Seat(1), fire)]);
+    let mut ticks = 0;
+    while !hits(&game).iter().any(|(_, victim, _)| *victim == Some(FIRST)) {
+        game.tick(&[]);
+        ticks += 1;
+        assert!(ticks < 300, "a pack that chases the hero hits it");
+    }
+    let hit = game.world().position(hero);
+    idle(&mut game, 15);
+    let moved = (game.world().position(hero) - hit).length();
+    assert!(moved > 3.0, "{moved} world units in a quarter of a second");
+}

@@ -7,7 +7,7 @@ use jostle_game::RoundPhase;
 use jostle_sim::TICKS_PER_SECOND;
 
 /// How long the result is shown before highlights begin by themselves, ticks.
-const UNASKED_TICKS: f64 = 2.5 * TICKS_PER_SECOND as f64;
+const UNASKED_TICKS: f64 = 4.0 * TICKS_PER_SECOND as f64;
 
 /// Highlights that are being shown instead of the room.
 pub struct Showing {

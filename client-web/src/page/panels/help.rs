@@ -3,6 +3,7 @@
 use crate::input::action::Action;
 use crate::language::{fill, say};
 use crate::page::app::App;
+use crate::page::game::GameScreen;
 use crate::page::settings::Settings;
 use crate::page::tools;
 use crate::page::view::{Text, View};
@@ -14,10 +15,11 @@ pub fn view(app: &App) -> View {
         return view;
     }
     let game = app.screen.game().and_then(|game| game.replica());
+    let watches = app.screen.game().is_some_and(GameScreen::watches);
     let (title, scene, close, hint, keys) = match (game, app.screen.replay()) {
         (Some(replica), _) => {
             let (scene, settings) = (&replica.room.scene, &app.settings);
-            let (hint, keys) = (hint(scene, settings), of_game(scene, settings));
+            let (hint, keys) = (hint(scene, settings), of_game(scene, settings, watches));
             (say("How to play"), scene, say("Back to the game"), hint, keys)
         }
         (_, Some(replay)) => {
@@ -49,16 +51,21 @@ pub fn hint(scene: &Scene, settings: &Settings) -> Option<Text> {
     tools::hint(scene, settings.touched).map(|hint| fill(hint, &picks).into())
 }
 
-fn of_game(scene: &Scene, settings: &Settings) -> Vec<(String, &'static str)> {
+fn of_game(scene: &Scene, settings: &Settings, watches: bool) -> Vec<(String, &'static str)> {
     // On touch screens, the help does not mention keys.
     let told = |(key, does): (&'static str, _)| (say(key).to_owned(), does);
     if settings.touched {
         return tools::TOUCH_HELP.map(told).to_vec();
     }
+    if watches {
+        return tools::WATCH_HELP.into_iter().chain(tools::PAGE_HELP).map(told).collect();
+    }
     let caps = tools::caps(scene).into_iter().map(|cap| (settings.key_of(&cap), cap.does));
+    let steers = scene.tools.contains(Tools::STEER);
+    let steering = steers.then_some(tools::STEER_HELP).map(told);
     let mutes = !scene.tools.contains(Tools::SELECT);
     let chosen =
         tools::CHOSEN_HELP.into_iter().filter(|(action, _)| *action != Action::Mute || mutes);
     let chosen = chosen.map(|(action, does)| (settings.cap(action), does));
-    caps.chain(chosen).chain(tools::PAGE_HELP.map(told)).collect()
+    caps.chain(steering).chain(chosen).chain(tools::PAGE_HELP.map(told)).collect()
 }

@@ -2,6 +2,7 @@
 //! sparks, bodies that appear or break, and changes in a round, all of which are known from snapshots and events that
 //! are received anyway.
 
+use super::moments::race::{Race, round_length};
 use super::room::RoomView;
 use crate::net::timeline::Sample;
 use crate::sound::cue::{Cue, Sound};
@@ -104,8 +105,14 @@ impl Listener {
     }
 
     /// Queues cues for bodies that first appear in the samples at `tick` or are missing from them.
-    pub fn hear_samples(&mut self, room: &RoomView, tick: f64, is_first: bool) {
-        self.hear_round(room, tick);
+    pub fn hear_samples(
+        &mut self,
+        room: &RoomView,
+        race: Option<&Race>,
+        tick: f64,
+        is_first: bool,
+    ) {
+        self.hear_round(room, race, tick);
         self.hear_breaks(room, tick);
         for sample in &room.samples {
             if room.is_new(sample.id) && !is_first && is_movable(sample) {
@@ -146,13 +153,13 @@ impl Listener {
         self.whole = whole;
     }
 
-    fn hear_round(&mut self, room: &RoomView, tick: f64) {
+    fn hear_round(&mut self, room: &RoomView, race: Option<&Race>, tick: f64) {
         let Some(spec) = &room.scene.rules.round else { return };
         let Some(round) = room.timeline.at_or_before(tick).and_then(|s| s.round.as_ref()) else {
             return;
         };
         let length = match round.phase {
-            RoundPhase::Running => spec.time.map_or(f64::INFINITY, f64::from),
+            RoundPhase::Running => round_length(spec, race).map_or(f64::INFINITY, f64::from),
             _ => f64::from(spec.countdown),
         };
         let left = length - (tick - f64::from(round.since));

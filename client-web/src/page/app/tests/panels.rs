@@ -217,6 +217,7 @@ fn fingers_have_no_key_caps_to_read_about() {
         entries.iter().filter_map(|entry| Some(entry.text_of("dt")?.to_owned())).collect::<Vec<_>>()
     };
     assert!(keys(&browser).contains(&"F4".to_owned()), "{:?}", keys(&browser));
+    assert!(keys(&browser).iter().any(|key| key.contains("Space")), "{:?}", keys(&browser));
     browser.app.settings.touched = true;
     assert_eq!(keys(&browser), ["Drag on the left", "Tap"]);
 }
@@ -400,5 +401,9 @@ fn who_watches_is_offered_to_join_in() {
     let mut watching = Browser::open("/arena", "?watch=1");
     watching.accept("arena");
     assert!(watching.is_shown("#join-room"));
+    watching.click("help");
+    let entries = watching.entries("#help-keys");
+    let keys = entries.iter().filter_map(|entry| entry.text_of("dt"));
+    assert_eq!(keys.take(3).collect::<Vec<_>>(), ["1 to 9", "0", "H"]);
     assert_eq!(playing.panel("page").text_of("#copy span"), Some("Copy link"));
 }

@@ -1,7 +1,7 @@
 //! The progress of a race over laps: who passed which gate when. It is derived from rounds, so that a replica and a
 //! ghost have it alike.
 
-use jostle_game::scene::Each;
+use jostle_game::scene::{Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side};
 
 /// Maximum number of gates remembered for each player, over all laps.
@@ -24,6 +24,13 @@ pub struct Race {
     over_at: Option<u32>,
     /// Ticks after the start at which each player passed each gate.
     runners: Vec<(Seat, Vec<u32>)>,
+}
+
+/// The length of a running round, ticks, which ends sooner once a race has a winner; `None` if it has no end.
+pub fn round_length(spec: &RoundSpec, race: Option<&Race>) -> Option<u32> {
+    let won_at = race.and_then(|race| race.won_at);
+    let finish = spec.finish.zip(won_at).map(|(finish, won_at)| won_at + finish);
+    spec.time.into_iter().chain(finish).min()
 }
 
 impl Race {

@@ -193,6 +193,12 @@ fn a_race_knows_times_places_and_splits() {
     let [own, other] = [0, 1].map(|seat| race.marks(Seat(seat)));
     assert_eq!((race::split(&own[..2], other), race::split(own, other)), (Some(60), Some(-60)));
     assert_eq!(race::split(own, &[]), None);
+    // It ends half a minute after its first finisher.
+    let spec = watched.room.scene.rules.round.clone().expect("a round");
+    assert_eq!(race::round_length(&spec, Some(&race)), Some(180 * 60));
+    let mut won = race.clone();
+    won.won_at = Some(360);
+    assert_eq!(race::round_length(&spec, Some(&won)), Some(360 + 30 * 60));
     // The next race starts anew.
     progress(&mut watched, 0, 0, 0);
     progress(&mut watched, 1, 0, 0);
