@@ -440,10 +440,16 @@ impl Tab {
         }
         let all = [Screen::PHONE, Screen::LAPTOP, Screen::LARGE];
         for screen in all.into_iter().chain([self.screen]) {
-            self.session.call("Emulation.setDeviceMetricsOverride", screen.metrics()).await?;
+            self.resize(screen).await?;
             self.keep(&format!("{name}-{}", screen.width)).await?;
         }
         Ok(())
+    }
+
+    /// Gives the page another screen of the same kind.
+    pub async fn resize(&self, screen: Screen) -> Result<()> {
+        let metrics = screen.metrics();
+        self.session.call("Emulation.setDeviceMetricsOverride", metrics).await.map(drop)
     }
 
     /// Closes the page, which cannot be used afterwards.

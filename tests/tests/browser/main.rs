@@ -8,6 +8,7 @@ mod framed;
 mod games;
 mod hands;
 mod hosts;
+mod layout;
 mod lobby;
 mod needs;
 mod network;
@@ -157,6 +158,7 @@ fn cases() -> Vec<Case> {
     ]);
     cases.extend(alone::cases());
     cases.extend(records::cases());
+    cases.extend(layout::cases());
     cases.extend(hands::cases());
     cases.extend(watching::cases());
     cases.extend([
