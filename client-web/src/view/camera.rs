@@ -18,6 +18,8 @@ const FOLLOW_WIDTH_MIN: f32 = 0.9;
 const UPRIGHT: f32 = 1.5;
 /// Height of a view that follows a hero on a portrait screen, as a multiple of the world's height.
 const UPRIGHT_HEIGHT: f32 = 1.32;
+/// Share of a portrait screen's height that the thumbs cover.
+const THUMBS: f32 = 0.2;
 /// Position of the world's centre on a portrait screen, as a share of the height from the top. The thumbs are below.
 const UPRIGHT_MIDDLE: f32 = 0.42;
 
@@ -123,6 +125,12 @@ impl Camera {
         let room = covered(target.top, target) * height;
         let above = view.center.y + 0.5 * height + room - self.world.y;
         view.center.y += above.clamp(0.0, room);
+        if aspect < 1.0 {
+            // Nor do the thumbs on the floor.
+            let room = THUMBS * height;
+            let below = room + 0.5 * height - view.center.y;
+            view.center.y -= below.clamp(0.0, room);
+        }
         view
     }
 

@@ -45,6 +45,14 @@ fn a_hero_at_the_ceiling_is_below_the_bar() {
 }
 
 #[test]
+fn a_hero_on_the_floor_is_above_the_thumbs() {
+    let floor = Some((Vec2::new(100.0, 0.0), Vec2::ZERO));
+    let mut camera = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD);
+    let bottom = camera.view(target([390, 844], floor)).to_pixel(Vec2::new(100.0, 0.0)).y;
+    assert!(bottom < 680.0, "at {bottom}");
+}
+
+#[test]
 fn fit_leaves_the_lower_part_of_an_upright_phone_to_the_thumbs() {
     let view = Camera::new(CameraRule::Fit, WORLD).view(target([720, 1480], None));
     let middle = view.to_pixel(WORLD * 0.5).y;
