@@ -90,8 +90,9 @@ fn sentences() -> BTreeSet<String> {
     found.extend(Refusal::ALL.map(|refusal| refusal.message().to_owned()));
     found.extend(crate::view::palette::NAMES.map(str::to_owned));
     let fields = include_str!("../../web/fields.txt").lines();
-    let labels = fields.filter_map(|field| field.split('\t').nth(2));
-    found.extend(labels.map(|label| label.trim_start_matches('+').to_owned()));
+    // The label and the help of each field.
+    let words = fields.flat_map(|field| field.split('\t').skip(2));
+    found.extend(words.map(|word| word.trim_start_matches('+').to_owned()));
     for scene in Scene::built_in() {
         of_scene(&scene, &mut found);
     }
