@@ -1,6 +1,6 @@
 //! Rounds on the page: the countdown, the score board, the result, and the next round.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use jostle_game::Scene;
 use jostle_server::Config;
 use jostle_tests::runner::Stage;
@@ -19,6 +19,11 @@ async fn text(tab: &Tab, id: &str) -> Result<String> {
 /// The remaining lives of each side, separated by commas.
 const LIVES: &str =
     "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
+
+/// Notes whether the countdown of a round is shown.
+const COUNTED: &str = "(() => { const large = document.getElementById('round-large'); \
+    new MutationObserver(() => window.counted ||= /^[123]$/.test(large.textContent)) \
+    .observe(large, {childList: true, characterData: true, subtree: true}); return true; })()";
 
 /// Starts a server with the duel, in which each side has the given number of lives.
 async fn dueling(lives: u8) -> Result<Server> {
@@ -112,6 +117,7 @@ pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     let server = Server::start(patient()).await?;
     let ada = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
+    ada.eval::<bool>(COUNTED).await?;
     let clicked = Instant::now();
     ada.click_on("#play").await?;
     ada.until("a hero of one's own", State::plays).await?;
@@ -119,5 +125,5 @@ pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     let took_s = clicked.elapsed().as_secs_f64();
     stage.note(format!("{took_s:.1} s from Play to a hero among others"));
     ada.until_true("document.getElementById('round-task').textContent.trim() !== ''").await?;
-    Ok(())
+    ada.until_true("window.counted").await.context("a countdown")
 }
