@@ -68,6 +68,11 @@ pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result
     assert_eq!(read_code(&bob.steady_picture().await?)?, link);
     ada.press("Escape").await?;
     ada.until_true("document.querySelector('#notice').hidden").await?;
+    // Keys go to the game again, and there is no ring around anything.
+    ada.until_true("document.activeElement.id === 'stage'").await?;
+    let ring = "[...document.querySelectorAll(':focus-visible')]\
+                .some(e => getComputedStyle(e).outlineStyle !== 'none')";
+    ensure!(!ada.eval::<bool>(ring).await?, "a ring stays");
 
     // Going back returns to the editor with unchanged text.
     ada.eval::<bool>("(history.back(), true)").await?;
