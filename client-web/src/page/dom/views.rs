@@ -172,8 +172,8 @@ impl Views {
         if now_ms - self.numbers_ms >= NUMBERS_MS {
             self.numbers_ms = now_ms;
             self.patch.show_all(&panels::OF_NUMBERS, app);
-            // The buttons and the scoreboard form the bar.
-            let bar = ["board", "bar-right"]
+            // The buttons, the scoreboard and the clock of a race form the bar.
+            let bar = ["board", "bar-right", "race"]
                 .map(|id| dom::html(id).get_bounding_client_rect().bottom() as f32);
             let caps = dom::html("caps").offset_height() as f32;
             self.covered_css = [bar.into_iter().fold(0.0, f32::max), caps];
