@@ -164,6 +164,12 @@ impl Tab {
         self.eval("location.href").await
     }
 
+    /// Shows the page in a few colours that the visitor chose, as with the contrast themes of Windows.
+    pub async fn force_colors(&self) -> Result<()> {
+        let features = json!({"features": [{"name": "forced-colors", "value": "active"}]});
+        self.session.call("Emulation.setEmulatedMedia", features).await.map(drop)
+    }
+
     /// Evaluates a JavaScript expression; promises are awaited.
     pub async fn eval<T: DeserializeOwned>(&self, expression: &str) -> Result<T> {
         let params = json!({

@@ -23,6 +23,12 @@ const NAMELESS: &str = "[...document.querySelectorAll('button, a[href], input, s
 const FOCUSED: &str =
     "(e => e.id || `${e.dataset.action}=${e.dataset.value}`)(document.activeElement)";
 
+/// Finds controls and cards that have no border on one of their sides.
+const FLAT: &str = "[...document.querySelectorAll('button, select, textarea, input[type=text], .panel, .choice, \
+        .presets label, .speeds label, .rooms a, .scenes > li, .track')] \
+    .filter(e => !/^([1-9]\\d*px ?)+$/.test(getComputedStyle(e).borderWidth)) \
+    .map(e => e.outerHTML.slice(0, 120))";
+
 const NARROW: Screen = Screen { width: 360, height: 640, touch: true, scale: 0.5 };
 
 pub fn cases() -> Vec<Case> {
@@ -31,6 +37,7 @@ pub fn cases() -> Vec<Case> {
         Case::new("a_gamepad_moves_the_hero", a_gamepad_moves_the_hero),
         Case::new("an_emote_is_seen_by_others", an_emote_is_seen_by_others),
         Case::new("the_page_speaks_german", the_page_speaks_german),
+        Case::new("controls_have_edges_in_forced_colors", controls_have_edges_in_forced_colors),
         Case::new("new_screens_fit_phones", |stage| new_screens_fit(stage, NARROW)),
         Case::new("new_screens_fit_laptops", |stage| new_screens_fit(stage, Screen::LAPTOP)),
         Case::new("new_screens_fit_large_screens", |stage| new_screens_fit(stage, Screen::LARGE)),
@@ -157,6 +164,28 @@ async fn the_page_speaks_german(stage: Arc<Stage>) -> Result<()> {
     tab.go(&stage.server.link("/")).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     tab.until_true("document.querySelector('#play').textContent === 'Play'").await
+}
+
+/// Where the visitor chose the colours, shadows and backgrounds are not drawn. Hidden controls have a style too.
+async fn controls_have_edges_in_forced_colors(stage: Arc<Stage>) -> Result<()> {
+    let _ada = stage.play("arena", Screen::TINY).await?;
+    let tab = stage.visit("/", Screen::SMALL.sharp()).await?;
+    tab.until_true("document.querySelector('#room-list a')").await?;
+    tab.force_colors().await?;
+    let flat: Vec<String> = tab.eval(FLAT).await?;
+    ensure!(flat.is_empty(), "controls without an edge: {flat:#?}");
+    tab.keep("forced-colors-lobby").await?;
+    tab.click_on("#lobby-settings").await?;
+    tab.click_on("[data-action=choose-key]").await?;
+    let wide = |which: &str| {
+        format!("parseInt(getComputedStyle(document.querySelector('{which}')).borderTopWidth) > 1")
+    };
+    tab.until_true(&wide("[data-action=choose-key][aria-pressed=true]")).await?;
+    tab.keep("forced-colors-settings").await?;
+    let [chosen, other] = ["#speeds label:has(:checked)", "#speeds label"];
+    ensure!(tab.eval::<bool>(&wide(chosen)).await?, "the chosen speed looks like the others");
+    ensure!(!tab.eval::<bool>(&wide(other)).await?, "another speed looks chosen");
+    Ok(())
 }
 
 async fn new_screens_fit(stage: Arc<Stage>, screen: Screen) -> Result<()> {
