@@ -194,6 +194,14 @@ async fn new_screens_fit(stage: Arc<Stage>, screen: Screen) -> Result<()> {
     lobby.until("the lobby", |s| s.state == "lobby").await?;
     let wide = "document.documentElement.scrollWidth > innerWidth";
     ensure!(!lobby.eval::<bool>(wide).await?, "the lobby is too wide for {width} pixels");
+    if !screen.touch {
+        // The first game shows what there is further down.
+        let first = "document.querySelector('#game-list li img')";
+        lobby.until_true(first).await?;
+        let seen = format!("innerHeight - {first}.getBoundingClientRect().top");
+        let seen: f64 = lobby.eval(&seen).await?;
+        ensure!(seen > 60.0, "{seen} pixels of the first game are on a screen of {width}");
+    }
     lobby.keep(&format!("lobby-{width}")).await?;
     let tab = stage.play("arena", screen).await?;
     tab.click_on("#settings-button").await?;
