@@ -86,6 +86,10 @@ fn cases() -> Vec<Case> {
             trouble::a_lost_socket_gives_the_same_seat_back,
         ),
         Case::new(
+            "a_page_below_a_path_says_that_it_needs_the_root",
+            trouble::a_page_below_a_path_says_that_it_needs_the_root,
+        ),
+        Case::new(
             "a_game_is_played_where_no_websocket_opens",
             trouble::a_game_is_played_where_no_websocket_opens,
         ),

@@ -5,11 +5,11 @@ use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
 use jostle_server::Config;
 use jostle_server::log::{StateSettings, Sync};
+use jostle_tests::http_proxy::HttpProxy;
 use jostle_tests::runner::Stage;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
-use jostle_tests::upgrade_proxy::UpgradeProxy;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -43,6 +43,19 @@ pub async fn a_lost_socket_gives_the_same_seat_back(stage: Arc<Stage>) -> Result
     ada.key_up("d").await?;
     ada.ignore_errors(network_noise);
     Ok(())
+}
+
+pub async fn a_page_below_a_path_says_that_it_needs_the_root(stage: Arc<Stage>) -> Result<()> {
+    let proxy = HttpProxy::below_path(stage.server.address).await?;
+    let shown = "document.querySelector('.unstyled').checkVisibility()";
+    let tab = stage.visit_link(&format!("http://{}/jostle/", proxy.address), Screen::TINY).await?;
+    tab.until_true(shown).await?;
+    // Closed at once, since Chromium asks for the icon later.
+    tab.ignore_errors(network_noise);
+    stage.close(tab).await?;
+    let tab = stage.visit("/", Screen::TINY).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.until_true(&format!("!{shown}")).await
 }
 
 pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> {
@@ -206,7 +219,7 @@ pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
 }
 
 pub async fn a_game_is_played_where_no_websocket_opens(stage: Arc<Stage>) -> Result<()> {
-    let proxy = UpgradeProxy::start(stage.server.address).await?;
+    let proxy = HttpProxy::without_upgrades(stage.server.address).await?;
     let link = |room: &str| format!("http://{}/{room}", proxy.address);
     let ada = stage.visit_link(&link("impulse"), Screen::SMALL).await?;
     let bob = stage.play("impulse", Screen::SMALL).await?;

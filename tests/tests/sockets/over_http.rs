@@ -14,9 +14,9 @@ use jostle_protocol::{
 };
 use jostle_server::Config;
 use jostle_server::limits::{MESSAGES_BURST_MAX, Timeouts};
+use jostle_tests::http_proxy::HttpProxy;
 use jostle_tests::scenes::RESTLESS;
 use jostle_tests::server::{PATIENT, patient};
-use jostle_tests::upgrade_proxy::UpgradeProxy;
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, BufReader, DuplexStream, copy, duplex, split};
@@ -354,7 +354,7 @@ async fn the_end_of_the_server_is_announced_and_inputs_count_until_then() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_proxy_that_refuses_upgrades_lets_a_game_through() {
     let server = Server::start().await;
-    let proxy = UpgradeProxy::start(server.address).await.expect("a proxy");
+    let proxy = HttpProxy::without_upgrades(server.address).await.expect("a proxy");
     let upgrade = "GET /arena HTTP/1.1\r\nHost: localhost\r\nConnection: upgrade\r\n\
         Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
