@@ -33,6 +33,20 @@ async fn until_text(tab: &Tab, part: &str) -> Result<()> {
     tab.until_true(&format!("document.querySelector('#text').value.includes({quoted})")).await
 }
 
+/// Waits until the cursor in the text is at most two lines below `part`, and its line is in view.
+async fn until_cursor(tab: &Tab, part: &str) -> Result<()> {
+    let quoted = serde_json::to_string(part)?;
+    tab.until_true(&format!(
+        "(area => {{ const lines = area.value.split('\\n'); \
+         const line = area.value.slice(0, area.selectionStart).split('\\n').length - 1; \
+         const down = line * area.scrollHeight / lines.length - area.scrollTop; \
+         return lines.slice(line - 2, line + 1).join().includes({quoted}) && down >= 0 && down < area.clientHeight - 20; \
+         }})(document.querySelector('#text'))"
+    ))
+    .await
+    .with_context(|| format!("the cursor at {part}"))
+}
+
 /// Drags a piece from the palette to a world point.
 async fn pull(tab: &Tab, piece: &str, to: [f32; 2]) -> Result<()> {
     let from = tab.middle_of(&format!("[data-piece={piece}]")).await?;
@@ -185,7 +199,9 @@ pub async fn a_game_is_built_by_clicks(stage: Arc<Stage>) -> Result<()> {
     let cursor: usize = tab.eval("document.querySelector('#text').selectionStart").await?;
     let now = text(&tab).await?;
     ensure!(built.starts_with(&now[..cursor]) && cursor < now.len(), "{cursor} of {}", now.len());
-    Ok(())
+    tab.click_on("#edit-redo").await?;
+    assert_eq!(text(&tab).await?, built);
+    until_cursor(&tab, "radius").await
 }
 
 const CAN_UNDO: &str = "!document.querySelector('#edit-undo').disabled";
@@ -224,6 +240,7 @@ pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()>
     let shipped = Scene::built_in().into_iter().find(|scene| scene.name == "splash");
     assert_eq!(source, shipped.context("it is shipped")?.source);
     lobby.keep("editor-splash").await?;
+    lobby.click_on("#tab-text").await?;
     drag(&lobby, [160.0, 86.0], [150.0, 121.0]).await?;
     lobby
         .until_true("!document.querySelector('#text').value.includes('position = [160, 86]')")
@@ -234,6 +251,7 @@ pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()>
     let (new, old) = line.context("a line changed")?;
     ensure!(old == "position = [160, 86]" && new.starts_with("position = [150, 12"), "{new}");
     assert_eq!(moved, source.replacen(old, new, 1));
+    until_cursor(&lobby, new).await?;
     // Reloading the page loses nothing.
     let kept = serde_json::to_string(&moved)?;
     lobby.until_true(&format!("localStorage['jostle.draft.splash'] === {kept}")).await?;
@@ -325,6 +343,12 @@ pub async fn the_editor_fits_a_phone_on_its_side(stage: Arc<Stage>) -> Result<()
          return panel.bottom <= innerHeight && panel.width >= 240 && panel.height >= 200; })()",
     )
     .await?;
+    // Only one of its directions has a scroll bar.
+    ensure!(
+        tab.eval::<String>("getComputedStyle(document.querySelector('.palette')).overflowX")
+            .await?
+            == "hidden"
+    );
     pull(&tab, "path", [160.0, 150.0]).await?;
     until_text(&tab, "path = [[").await?;
     tab.click_on("#tab-text").await?;
