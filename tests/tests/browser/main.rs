@@ -86,6 +86,10 @@ fn cases() -> Vec<Case> {
             trouble::a_lost_socket_gives_the_same_seat_back,
         ),
         Case::new(
+            "back_and_forward_keep_the_seat_on_a_server",
+            trouble::back_and_forward_keep_the_seat,
+        ),
+        Case::new(
             "a_page_below_a_path_says_that_it_needs_the_root",
             trouble::a_page_below_a_path_says_that_it_needs_the_root,
         ),

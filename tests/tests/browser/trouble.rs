@@ -45,6 +45,25 @@ pub async fn a_lost_socket_gives_the_same_seat_back(stage: Arc<Stage>) -> Result
     Ok(())
 }
 
+/// Goes back by mistake, as the only player of a room, and forward again.
+pub async fn back_and_forward_keep_the_seat(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/", Screen::SMALL).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.click_on("#playground-list [data-value=arena]").await?;
+    let before = tab.until("a hero of one's own", State::plays).await?;
+    let link = tab.link().await?;
+    tab.eval::<bool>("(history.back(), true)").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.eval::<bool>("(history.forward(), true)").await?;
+    let after = tab.until("a hero of one's own", State::plays).await?;
+    assert_eq!((tab.link().await?, after.seat), (link, before.seat));
+    // A new hero would have another generation, and a new room would begin at the first tick.
+    let body = |s: &State| s.own_hero().map(|hero| (hero.id, hero.generation));
+    assert_eq!(body(&after), body(&before));
+    assert!(after.ticks() >= before.ticks(), "{before:?} before {after:?}");
+    Ok(())
+}
+
 pub async fn a_page_below_a_path_says_that_it_needs_the_root(stage: Arc<Stage>) -> Result<()> {
     let proxy = HttpProxy::below_path(stage.server.address).await?;
     let shown = "document.querySelector('.unstyled').checkVisibility()";
