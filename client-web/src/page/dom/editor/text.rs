@@ -17,6 +17,8 @@ use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
 pub struct TextView {
     revision: Option<u32>,
     marked: Option<(u32, Marks)>,
+    /// The byte to scroll to once the field is shown.
+    unseen: Option<usize>,
 }
 
 /// The byte ranges of the text that are marked.
@@ -49,7 +51,15 @@ impl TextView {
             // Some browsers give the field the focus along with a cursor.
             let _ = area.blur();
         }
-        reveal(editor.text(), changed.start);
+        self.unseen = Some(changed.start);
+        self.scroll(editor.text());
+    }
+
+    /// Scrolls to what has not been seen, unless the field is hidden.
+    fn scroll(&mut self, text: &str) {
+        if let Some(at) = self.unseen.take_if(|_| area().client_height() > 0) {
+            reveal(text, at);
+        }
     }
 
     /// Underlines the error and highlights the lines of the selection.
@@ -57,6 +67,7 @@ impl TextView {
         let chosen = editor.selected().map(|piece| piece.bytes.clone()).collect();
         let marks = Marks { error: editor.doc.error_bytes(), chosen };
         let shown = (editor.doc.revision, marks);
+        self.scroll(editor.text());
         if self.marked.as_ref() == Some(&shown) {
             return;
         }
@@ -67,7 +78,8 @@ impl TextView {
         if let Some(at) = first.filter(|at| before != Some(Some(at.clone())))
             && !is_focused()
         {
-            reveal(editor.text(), at.start);
+            self.unseen = Some(at.start);
+            self.scroll(editor.text());
         }
         follow();
     }
