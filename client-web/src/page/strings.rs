@@ -446,13 +446,17 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::Flood => ("Slow down", "Rejoin", Again),
         Refusal::Silent => ("Are you there?", "Rejoin", Again),
         Refusal::Replaced => ("Playing in another tab", "Play here", Again),
-        Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving => return None,
+        Refusal::BadHello
+        | Refusal::BadToken
+        | Refusal::Closing
+        | Refusal::Moved
+        | Refusal::Moving => return None,
         Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
         Refusal::RoomClosed | Refusal::TooCostly => ("Room closed", "See the rooms", Lobby),
         Refusal::TooManySpectators => ("Too many are watching", "Find another room", Lobby),
         Refusal::GaveWay => ("Your spot is taken", "Rejoin", Again),
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
-        Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
+        Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
     };
     Some(card(title, refusal.message(), button, action))
 }
@@ -504,7 +508,11 @@ mod tests {
             let stops = refused(refusal).is_some_and(|notice| !notice.passing);
             let passes = matches!(
                 refusal,
-                Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving
+                Refusal::BadHello
+                    | Refusal::BadToken
+                    | Refusal::Closing
+                    | Refusal::Moved
+                    | Refusal::Moving
             );
             assert_eq!(stops, !passes, "{refusal:?}");
         }

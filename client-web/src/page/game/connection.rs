@@ -163,8 +163,11 @@ impl Connection {
 
     /// Ends the session as the server demands, either for good or until the cause no longer applies.
     pub fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
-        if refusal == Refusal::BadToken {
-            return self.join_again(ctx);
+        match refusal {
+            Refusal::BadToken => return self.join_again(ctx),
+            // The hello came too late, because the page was still busy when the socket opened.
+            Refusal::BadHello => return self.drop_socket(ctx),
+            _ => {}
         }
         self.note_closed(ctx, refusal);
         self.forget(ctx, refusal);

@@ -344,6 +344,15 @@ fn an_invalid_token_is_replaced_silently() {
 }
 
 #[test]
+fn a_hello_that_came_too_late_is_said_again() {
+    let mut browser = Browser::playing();
+    let first = browser.session;
+    browser.server_says(&ServerMessage::Refused { refusal: Refusal::BadHello });
+    browser.wait(3000);
+    assert!(browser.session > first && browser.app.state() != "refused");
+}
+
+#[test]
 fn an_unreadable_message_only_closes_the_socket() {
     let mut browser = Browser::playing();
     let done = browser.socket(SocketEvent::Message(vec![255, 255]));
