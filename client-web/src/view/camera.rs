@@ -123,14 +123,16 @@ impl Camera {
         let mut view = self.walk(target, aspect, height);
         // At the ceiling, the view reaches beyond the world, so that the HUD does not cover the hero there.
         let room = covered(target.top, target) * height;
-        let above = view.center.y + 0.5 * height + room - self.world.y;
-        view.center.y += above.clamp(0.0, room);
-        if aspect < 1.0 {
-            // Nor do the thumbs on the floor.
-            let room = THUMBS * height;
-            let below = room + 0.5 * height - view.center.y;
-            view.center.y -= below.clamp(0.0, room);
-        }
+        let above = (view.center.y + 0.5 * height + room - self.world.y).clamp(0.0, room);
+        let Some((hero, _)) = target.hero.filter(|_| aspect < 1.0) else {
+            view.center.y += above;
+            return view;
+        };
+        // Nor do the thumbs on the floor. A view that is as high as the world has no space for both at once.
+        let room = THUMBS * height;
+        let below = (room + 0.5 * height - view.center.y).clamp(0.0, room);
+        let share = (hero.y / self.world.y).clamp(0.0, 1.0);
+        view.center.y += above * share - below * (1.0 - share);
         view
     }
 

@@ -50,6 +50,9 @@ fn a_hero_on_the_floor_is_above_the_thumbs() {
     let mut camera = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD);
     let bottom = camera.view(target([390, 844], floor)).to_pixel(Vec2::new(100.0, 0.0)).y;
     assert!(bottom < 680.0, "at {bottom}");
+    let below_a_bar = Target { top: 96, ..target([390, 844], floor) };
+    let bottom = camera.view(below_a_bar).to_pixel(Vec2::new(100.0, 0.0)).y;
+    assert!(bottom < 680.0, "at {bottom}");
 }
 
 #[test]
