@@ -56,9 +56,13 @@ fn fly(stage: &mut DrawStage, points: &FramePoints) {
         let width = 0.075 * high + back * 0.5;
         let (end, whole) = (at, number);
         for _ in 0..digits {
-            let lines = (0..).zip(LINES).filter(|(line, _)| DIGITS[number % 10] >> line & 1 == 1);
+            let digit = number % 10;
+            let lines = (0..).zip(LINES).filter(|(line, _)| DIGITS[digit] >> line & 1 == 1);
+            // The lines of a one are on the right.
+            let middle = if digit == 1 { at - Vec2::new(half.x, 0.0) } else { at };
             for (_, [from, to]) in lines {
-                stage.line(at + half * Vec2::from(from), at + half * Vec2::from(to), width, color);
+                let [from, to] = [from, to].map(|end| middle + half * Vec2::from(end));
+                stage.line(from, to, width, color);
             }
             (at, number) = (at - step, number / 10);
         }
