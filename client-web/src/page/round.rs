@@ -175,8 +175,10 @@ impl RoundContext<'_> {
     /// shows the others.
     fn board(&self) -> Vec<SideView> {
         let teams = (0..).zip(&self.round.teams);
-        let has_players = |team| self.round.players.iter().any(|player| player.team == Some(team));
-        let counts = |&(team, info): &(u8, &SideInfo)| info.is_in || has_players(team);
+        // Of two teams, both are told, even if nobody is in one.
+        let are_two = self.round.teams.len() == 2;
+        let counts =
+            |&(team, info): &(u8, &SideInfo)| are_two || info.is_in || self.has_players(team);
         let mut sides: Vec<SideView> =
             teams.filter(counts).map(|(team, info)| self.side(Side::Team(team), *info)).collect();
         if self.round.teams.is_empty()
@@ -185,6 +187,10 @@ impl RoundContext<'_> {
             sides.push(self.side(Side::Player(self.own), player.side));
         }
         sides
+    }
+
+    fn has_players(&self, team: u8) -> bool {
+        self.round.players.iter().any(|player| player.team == Some(team))
     }
 
     /// A side of the round; `None` for one that is not in it.
@@ -214,7 +220,10 @@ impl RoundContext<'_> {
             progress: self.progress(Some(side)),
             time: self.finish(side).map(|ticks| strings::clock(f64::from(ticks), true)),
             is_own: self.round.side_of(self.own) == side,
-            is_in: info.is_in,
+            // Someone who joins a team during the round is in it, unless the team is out.
+            is_in: info.is_in
+                || self.scene.rules.lives().is_none()
+                    && matches!(side, Side::Team(team) if self.has_players(team)),
         }
     }
 
