@@ -42,7 +42,7 @@ pub struct RoundSpec {
     /// With `"next"`, layouts differ from round to round. Label: Layouts of the next round, for experts.
     #[doc(alias = "seed")]
     pub new_layouts: bool,
-    /// Number of seats that the server's own players take until people join. Label: Bots.
+    /// Number of players up to which bots take part until people join. Label: Players, bots included.
     pub fill: u16,
     /// Number of seats in a game that one player plays alone in the page, of which bots take all but one. Default:
     /// as `fill`. Label: Seats when alone.
