@@ -18,7 +18,7 @@ const EDGES: [i32; 4] = [2, 398, 7, 198];
 const GAP: i32 = 30;
 const THEMES: [&str; 6] = ["ink", "sand", "ice", "meadow", "neon", "paper"];
 /// The parts that all tracks have in common.
-const BASE: &str = r#"about = "A new track every day."
+const BASE: &str = r#"about = "Three laps through the lit gates, on a new track every day."
 size = [400, 200]
 camera = { follow = 120 }
 tools = ["steer"]

@@ -83,6 +83,7 @@ fn entry(replica: &Replica, player: &PlayerState, viewer: Viewer) -> View {
     };
     let item = View::item(template, player.seat.0)
         .with("", "class", class)
+        .yes("", "data-bot", replica.room.is_bot(player.seat))
         .style("", "--color", color_var(replica.room.color_of(player)))
         .with_or_without("i", "data-emblem", team.map(|team| team.to_string()))
         .text("bdi", player.appearance.name.to_string())

@@ -176,9 +176,13 @@ pub fn banner(app: &App) -> View {
     let shown = moment.and_then(|(replica, moment)| banner_of(replica, moment));
     let view = View::panel("moment").show("#moment", shown.is_some());
     let Some((words, name, color)) = shown else { return view };
+    let is_small = moment.is_some_and(|(_, moment)| {
+        matches!(moment.kind, MomentKind::Leader | MomentKind::Lap | MomentKind::LifeLost)
+    });
     view.text("#moment b", words)
         .text("#moment bdi", name)
         .style("#moment", "--color", color_var(color))
+        .yes("#moment", "data-small", is_small)
         // Another banner starts its animation again.
         .with("#moment", "data-turn", (moment.map_or(0, |it| it.1.tick as u32) % 2).to_string())
 }

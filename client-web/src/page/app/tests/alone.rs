@@ -140,7 +140,7 @@ fn highlights_begin_by_themselves_once_and_the_result_stays() {
         };
         browser.wait(7000);
         assert_eq!(how(&browser), None, "the result comes first");
-        browser.wait(2000);
+        browser.wait(3500);
         let auto = (!calm).then(|| "auto".to_owned());
         assert_eq!(how(&browser), auto, "calm: {calm}");
         browser.say(clicked("highlights", ""));
