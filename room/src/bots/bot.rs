@@ -164,7 +164,9 @@ impl Bot {
     fn fly(&mut self, view: &BotView, terrain: &mut Terrain, own: &OwnHero) -> Input {
         let (game, scene) = (view.game, view.game.scene());
         let place = self.place(view, terrain, own);
-        if let Some(walker) = Walker::of(view, own, self.late()) {
+        let strides = self.strides(game.tick_count());
+        let speed = scene.hero.as_ref().and_then(|hero| hero.walk).map_or(0.0, |walk| walk.speed);
+        if let Some(walker) = Walker::of(view, own, self.late(), strides * speed) {
             return Input::new(walker.keys(place, &mut self.memory.hops_to), None);
         }
         let side = game.world().shape(own.hero).half_extent().x;
@@ -194,6 +196,23 @@ impl Bot {
         let lead = world.velocity(hero) * (away / speed);
         let aim = world.position(hero) + lead + self.miss();
         Some(aim.clamp(Vec2::ZERO, game.scene().size))
+    }
+
+    /// For how long, in seconds, the hero runs to the right until it does what the bot decides now; negative if it runs
+    /// to the left.
+    fn strides(&self, tick: u32) -> f32 {
+        let until = tick + self.skill.reaction_ticks();
+        let starts = self.decided.iter().map(|(due, _)| *due);
+        let ends = starts.clone().chain([until]);
+        let held = [&self.held].into_iter().chain(self.decided.iter().map(|(_, input)| input));
+        let way = |buttons: Buttons| {
+            let is_held = |key: Buttons| (buttons.0 & key.0 != 0) as u8 as f32;
+            is_held(Buttons::RIGHT) - is_held(Buttons::LEFT)
+        };
+        let runs = [tick].into_iter().chain(starts).zip(ends).zip(held);
+        runs.map(|((start, end), input)| way(input.buttons()) * end.saturating_sub(start) as f32)
+            .sum::<f32>()
+            * DT
     }
 
     /// Time from a look to the keys that it leads to, seconds.

@@ -31,6 +31,7 @@ struct Surface {
     left: f32,
     right: f32,
     top: f32,
+    bottom: f32,
     velocity: Vec2,
     /// Corners of the area in which its centre moves, relative to where it is.
     swept: [Vec2; 2],
@@ -53,12 +54,14 @@ pub struct Walker {
     width: f32,
     at: Vec2,
     feet: f32,
+    /// Time until the hero does what the bot decides, seconds.
+    late: f32,
     surfaces: Vec<Surface>,
 }
 
 impl Walker {
-    /// The hero as it will be after `late` seconds; `None` if heroes fly.
-    pub fn of(view: &BotView, own: &OwnHero, late: f32) -> Option<Walker> {
+    /// The hero as it will be after `late` seconds, in which it gets on by `drift` units; `None` if heroes fly.
+    pub fn of(view: &BotView, own: &OwnHero, late: f32, drift: f32) -> Option<Walker> {
         let scene = view.game.scene();
         let walk = scene.hero.as_ref()?.walk?;
         let half = view.game.world().shape(own.hero).half_extent();
@@ -74,9 +77,18 @@ impl Walker {
             surfaces.retain(|surface| surface.is_near(own.at));
             surfaces.truncate(SURFACES_MAX);
         }
-        let at = own.at + Vec2::new(own.velocity.x * late, 0.0);
+        let at = own.at + Vec2::new(drift, 0.0);
         let height = walk.jump * walk.jump / (2.0 * fall);
-        Some(Walker { walk, height, fall, width: half.x, at, feet: own.at.y - half.y, surfaces })
+        Some(Walker {
+            walk,
+            height,
+            fall,
+            width: half.x,
+            at,
+            feet: own.at.y - half.y,
+            late,
+            surfaces,
+        })
     }
 
     /// The keys with which it gets closer to a place. `hops_to` is the body to which it jumps at the moment.
@@ -98,10 +110,11 @@ impl Walker {
     }
 
     fn stands_on(&self, surface: &Surface) -> bool {
-        let top = surface.top;
-        (self.feet - top).abs() < STANDS + surface.velocity.y.abs() * 0.3
-            && self.at.x > surface.left - self.width
-            && self.at.x < surface.right + self.width
+        let (top, reach) = (surface.top, self.width * (1.0 + MARGIN));
+        let now = top - surface.velocity.y * self.late;
+        (self.feet - now).abs() < STANDS
+            && self.at.x > surface.left - reach
+            && self.at.x < surface.right + reach
     }
 
     fn run_to(&self, x: f32) -> Buttons {
@@ -153,6 +166,12 @@ impl Walker {
         max(left, right) < self.walk.speed * time * JUMP
     }
 
+    /// Returns whether a body is in the way of a hero whose middle is at `x`, and whose feet are at `feet`.
+    fn is_beside(&self, wall: &Surface, x: f32, feet: f32) -> bool {
+        let is_high = wall.bottom < feet + STANDS && wall.top > feet + STANDS;
+        is_high && wall.left - self.width < x && x < wall.right + self.width
+    }
+
     /// The keys with which a hero on one surface jumps to another, or waits until it can.
     fn hop(&self, from: &Surface, to: &Surface) -> Buttons {
         let rise = to.top - from.top;
@@ -160,8 +179,10 @@ impl Walker {
         if is_below {
             // Over the nearer end that something is below.
             let ends = [from.left - 3.0 * self.width, from.right + 3.0 * self.width];
-            let is_open =
-                |x: f32| to.left - 4.0 * self.width < x && x < to.right + 4.0 * self.width;
+            let is_open = |x: f32| {
+                let is_over = to.left - 4.0 * self.width < x && x < to.right + 4.0 * self.width;
+                is_over && !self.surfaces.iter().any(|wall| self.is_beside(wall, x, from.top))
+            };
             let [left, right] =
                 ends.map(|x| if is_open(x) { (x - self.at.x).abs() } else { f32::MAX });
             return self.run_to(if left < right { ends[0] } else { ends[1] });
@@ -203,7 +224,15 @@ fn surface(view: &BotView, body: &SnapshotBody, margin: f32, late: f32) -> Surfa
     }
     let at = now + velocity * late;
     let (left, right) = (at.x - half.x + margin, at.x + half.x - margin);
-    Surface { body: body.id, left, right, top: at.y + half.y, velocity, swept }
+    Surface {
+        body: body.id,
+        left,
+        right,
+        top: at.y + half.y,
+        bottom: at.y - half.y,
+        velocity,
+        swept,
+    }
 }
 
 /// The path on which a body is: one of a body of the same shape, which leads past where it is.
