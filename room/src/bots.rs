@@ -5,6 +5,8 @@ mod aims;
 mod bot;
 mod bot_view;
 mod destination;
+mod dodge;
+mod herder;
 mod quest;
 mod skill;
 mod slinger;

@@ -28,6 +28,8 @@ pub struct Aims {
     pub targets: u32,
     /// Whether dye packs can be fired.
     pub shoots: bool,
+    /// Whether being hit by a dye pack costs a life or the round.
+    pub fears_packs: bool,
 }
 
 /// A zone that a ball should enter, or should not.
@@ -86,6 +88,7 @@ impl Aims {
             quests: Quest::all(scene),
             coins: coins(scene),
             targets: targets(scene),
+            fears_packs: rules.rules.iter().any(is_feared),
             ..Aims::default()
         };
         let heroes = heroes(scene);
@@ -109,6 +112,12 @@ impl Aims {
         }
         aims
     }
+}
+
+/// Returns whether a rule punishes the hero that a pack hits.
+fn is_feared(rule: &RuleSpec) -> bool {
+    let costs = rule.effects.life < 0 || rule.effects.end == Some(false);
+    costs && rule.to == To::It && matches!(rule.occasion, Trigger::Burst)
 }
 
 /// The group of heroes, as a bit set.
@@ -191,6 +200,11 @@ fn zones_of(scene: &Scene, condition: &Condition, above: usize) -> u64 {
         }
     }
     zones
+}
+
+/// A zone of a scene by its number.
+pub fn zone_of(scene: &Scene, zone: u8) -> &ZoneSpec {
+    &scene.rules.zones[usize::from(zone)]
 }
 
 /// The middle of a stationary zone.

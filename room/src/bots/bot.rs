@@ -1,14 +1,14 @@
 //! A bot. It looks at the game from time to time, decides where to be and where to shoot, and holds its keys until it
 //! looks again. It is slow and inexact, like a person.
 
-use super::bot_view::{BotView, OwnHero};
+use super::bot_view::{BotView, GAIN, OwnHero};
 use super::skill::Skill;
 use super::slinger::Slinger;
 use super::terrain::Terrain;
 use super::walker::Walker;
 use jostle_game::scene::LaneAxis;
 use jostle_game::{Buttons, Input, RoundPhase, Seat};
-use jostle_sim::math::max;
+use jostle_sim::math::{clamp_length, max};
 use jostle_sim::{BodyId, DT, Rng, Vec2};
 use std::collections::VecDeque;
 
@@ -164,18 +164,18 @@ impl Bot {
     fn fly(&mut self, view: &BotView, terrain: &mut Terrain, own: &OwnHero) -> Input {
         let (game, scene) = (view.game, view.game.scene());
         let place = self.place(view, terrain, own);
-        let strides = self.strides(game.tick_count());
-        let speed = scene.hero.as_ref().and_then(|hero| hero.walk).map_or(0.0, |walk| walk.speed);
-        if let Some(walker) = Walker::of(view, own, self.late(), strides * speed) {
+        let strides = self.pending(game.tick_count()).map(|(way, time)| way.x * time).sum();
+        if let Some(walker) = Walker::of(view, own, self.late(), strides) {
             return Input::new(walker.keys(place, &mut self.memory.hops_to), None);
         }
+        let place = self.dodge(view, terrain, own, place).unwrap_or(place);
         let side = game.world().shape(own.hero).half_extent().x;
         // A path search is needless for a place next to the hero.
         let is_near = own.at.distance(place) < 3.0 * side;
         let next = if is_near { place } else { terrain.next(own.at, place) };
         let fall = -scene.world.gravity.y * game.world().gravity_scale(own.hero);
         let lift = Vec2::new(0.0, fall * 0.15);
-        let buttons = keys((next - own.at) * 2.5 - own.velocity + lift);
+        let buttons = keys((next - own.at) * GAIN - own.velocity + lift);
         let target = if view.aims.shoots { self.target(view, own) } else { None };
         let fires = target.is_some() && self.rng.unit() < self.skill.shots();
         let fire = if fires { Buttons::FIRE.0 } else { 0 };
@@ -198,25 +198,34 @@ impl Bot {
         Some(aim.clamp(Vec2::ZERO, game.scene().size))
     }
 
-    /// For how long, in seconds, the hero runs to the right until it does what the bot decides now; negative if it runs
-    /// to the left.
-    fn strides(&self, tick: u32) -> f32 {
+    /// The keys that the hero holds until it does what the bot decides now: how many to the right and up, and for how
+    /// many seconds.
+    fn pending(&self, tick: u32) -> impl Iterator<Item = (Vec2, f32)> {
         let until = tick + self.skill.reaction_ticks();
         let starts = self.decided.iter().map(|(due, _)| *due);
         let ends = starts.clone().chain([until]);
-        let held = [&self.held].into_iter().chain(self.decided.iter().map(|(_, input)| input));
-        let way = |buttons: Buttons| {
-            let is_held = |key: Buttons| (buttons.0 & key.0 != 0) as u8 as f32;
-            is_held(Buttons::RIGHT) - is_held(Buttons::LEFT)
-        };
-        let runs = [tick].into_iter().chain(starts).zip(ends).zip(held);
-        runs.map(|((start, end), input)| way(input.buttons()) * end.saturating_sub(start) as f32)
-            .sum::<f32>()
-            * DT
+        let inputs = [self.held].into_iter().chain(self.decided.iter().map(|(_, input)| *input));
+        let spans = [tick].into_iter().chain(starts).zip(ends).zip(inputs);
+        spans.map(|((start, end), input)| {
+            (way_of(input.buttons()), end.saturating_sub(start) as f32 * DT)
+        })
+    }
+
+    /// The hero as it will be when it does what the bot decides now, if it flies and nothing is in its way.
+    pub(super) fn ahead(&self, view: &BotView, own: &OwnHero) -> OwnHero {
+        let (scene, world) = (view.game.scene(), view.game.world());
+        let Some(spec) = &scene.hero else { return *own };
+        let fall = scene.world.gravity * world.gravity_scale(own.hero);
+        self.pending(view.game.tick_count()).fold(*own, |own, (way, time)| {
+            let velocity = clamp_length(own.velocity + way * spec.thrust * time, spec.speed_max);
+            let velocity = velocity + fall * time;
+            let at = own.at + (own.velocity + velocity) * (time * 0.5);
+            OwnHero { at, velocity, ..own }
+        })
     }
 
     /// Time from a look to the keys that it leads to, seconds.
-    fn late(&self) -> f32 {
+    pub(super) fn late(&self) -> f32 {
         self.skill.reaction_ticks() as f32 * DT
     }
 
@@ -225,6 +234,13 @@ impl Bot {
         let miss = self.skill.miss();
         Vec2::new(self.rng.range(-miss, miss), self.rng.range(-miss, miss))
     }
+}
+
+/// The direction in which keys steer.
+fn way_of(buttons: Buttons) -> Vec2 {
+    let is_held = |key: Buttons| f32::from(u8::from(buttons.0 & key.0 != 0));
+    let (right, left) = (is_held(Buttons::RIGHT), is_held(Buttons::LEFT));
+    Vec2::new(right - left, is_held(Buttons::UP) - is_held(Buttons::DOWN))
 }
 
 /// The keys that produce a desired velocity.

@@ -4,6 +4,9 @@ use super::aims::Aims;
 use jostle_game::{Game, RoundInfo, Seat};
 use jostle_sim::{BodyId, Motion, Vec2};
 
+/// Speed at which a bot flies to a place, units/s per unit of distance.
+pub const GAIN: f32 = 2.5;
+
 /// The game as bots see it in one tick: what players see, and what the rules ask for.
 #[derive(Clone, Copy)]
 pub struct BotView<'a> {
@@ -19,6 +22,13 @@ pub struct OwnHero {
     pub at: Vec2,
     pub velocity: Vec2,
     pub team: Option<u8>,
+}
+
+impl OwnHero {
+    /// The place to which the hero has to fly from where it is `now`, to fly to `place` from where it will be.
+    pub fn seen_from(&self, now: &OwnHero, place: Vec2) -> Vec2 {
+        place + now.at - self.at - (self.velocity - now.velocity) / GAIN
+    }
 }
 
 impl BotView<'_> {

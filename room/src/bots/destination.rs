@@ -1,35 +1,28 @@
 //! Where a bot wants to be: the place that the rules reward most.
 
-use super::aims::{Errand, Goal, middle, nearest_inside};
+use super::aims::{Errand, Goal, middle, nearest_inside, zone_of};
 use super::bot::Bot;
 use super::bot_view::{BotView, OwnHero};
 use super::terrain::Terrain;
-use jostle_game::scene::{Need, ZoneSpec};
-use jostle_sim::math::max;
+use jostle_game::scene::ZoneSpec;
 use jostle_sim::{BodyId, Vec2};
 
 /// Distance from a ball within which an obstacle does not keep a bot from reaching it, world units.
 const NEAR_SIDE: f32 = 22.0;
 /// How far beyond a gate a bot aims, so that it does not slow down in it, world units.
 const THROUGH: f32 = 25.0;
-/// Detour that a bot accepts for a robot which no mate is closer to, world units.
-const MATES_ROBOT: f32 = 60.0;
-/// Detour that a bot accepts for a robot which is not in another team's zone, or which is in one that is nearly full,
-/// world units.
-const RIVALS_ROBOT: f32 = 200.0;
-
 impl Bot {
     /// The place to be at.
     pub(super) fn place(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Vec2 {
         let scene = view.game.scene();
         if let Some(&zone) = view.aims.gates.get(self.memory.gate) {
             // Through the gate, not only up to it.
-            let near = nearest_inside(zone_of(view, zone), scene.size, own.at);
+            let near = nearest_inside(zone_of(view.game.scene(), zone), scene.size, own.at);
             return near + (near - own.at).normalize_or_zero() * THROUGH;
         }
         if let Some(zone) = view.aims.hill.filter(|_| self.ease < 1.0) {
             let spread = Vec2::new(self.miss().x * 2.0, 0.0);
-            return middle(zone_of(view, zone), scene.size) + spread;
+            return middle(zone_of(view.game.scene(), zone), scene.size) + spread;
         }
         let place = self.place_of_errand(view, own);
         let place = place.or_else(|| self.place_of_herder(view, terrain, own));
@@ -52,11 +45,11 @@ impl Bot {
         let (game, world) = (view.game, view.game.world());
         let is_own = |errand: &&Errand| errand.team.is_none() || errand.team == own.team;
         let fetch = view.aims.fetches.iter().find(is_own)?;
-        let home = middle(zone_of(view, fetch.zone), game.scene().size);
+        let home = middle(zone_of(view.game.scene(), fetch.zone), game.scene().size);
         let (thing, _) = view.nearest_ball(fetch.things, own.at)?;
         let lost = view.aims.guards.iter().filter(is_own).find_map(|guard| {
             let (at, velocity) = view.nearest_ball(guard.things, own.at)?;
-            (!zone_of(view, guard.zone).holds(at)).then_some(at + velocity * 0.2)
+            (!zone_of(view.game.scene(), guard.zone).holds(at)).then_some(at + velocity * 0.2)
         });
         let is_thing = |id: BodyId| fetch.things >> world.group(id) & 1 == 1;
         let carriers = game.players().filter(|player| player.carried.is_some_and(is_thing));
@@ -81,71 +74,12 @@ impl Bot {
         mates.filter(|mate| mate.team == own.team && mate.seat < self.seat).count() % 2 == 1
     }
 
-    /// A place from which to shove a ball into a zone that keeps it.
-    fn place_of_herder(
-        &mut self,
-        view: &BotView,
-        terrain: &Terrain,
-        own: &OwnHero,
-    ) -> Option<Vec2> {
-        let (scene, world) = (view.game.scene(), view.game.world());
-        let goal = view.aims.goals.iter().find(|goal| goal.keeps && goal.is_good_for(own.team))?;
-        let zone = zone_of(view, goal.zone);
-        let is_out = |id: BodyId| {
-            let at = world.position(id);
-            !zone.holds(at) || nearest_inside(zone, scene.size, at).distance(at) > 6.0
-        };
-        let half = |id: BodyId| world.shape(id).half_extent();
-        let reach = |id: BodyId| max(half(own.hero).x, half(own.hero).y) + half(id).x + 3.0;
-        let aim_of = |id: BodyId| {
-            let (at, reach) = (world.position(id), reach(id));
-            let aim = (nearest_inside(zone, scene.size, at) - at).normalize_or_zero();
-            // Along a wall, where there is no room behind the ball.
-            let along = [Vec2::new(aim.x, 0.0), Vec2::new(0.0, aim.y)].map(Vec2::normalize_or_zero);
-            let mut ways = [aim, along[0], along[1]].into_iter();
-            ways.find(|&way| way != Vec2::ZERO && terrain.is_free(at - way * reach))
-        };
-        if self.rng.below(60) == 0 {
-            self.memory.herds = None;
-        }
-        let is_done = |id| !world.contains(id) || !is_out(id) || aim_of(id).is_none();
-        self.memory.herds.take_if(|&mut id| is_done(id));
-        if self.memory.herds.is_none() {
-            let is_nearly_full = |zone: &ZoneSpec| {
-                let inside = view.balls(goal.balls).filter(|&id| zone.holds(world.position(id)));
-                matches!(zone.need, Need::Count(need) if inside.count() + 1 >= need as usize)
-            };
-            let theirs = view.aims.goals.iter().filter(|other| other.keeps);
-            let theirs: Vec<(&ZoneSpec, f32)> = theirs
-                .filter(|other| !other.is_good_for(own.team))
-                .map(|other| zone_of(view, other.zone))
-                .map(|zone| (zone, if is_nearly_full(zone) { -RIVALS_ROBOT } else { RIVALS_ROBOT }))
-                .collect();
-            let mates: Vec<Vec2> =
-                view.mates(self.seat).map(|(_, hero)| world.position(hero)).collect();
-            let cost = |id: BodyId| {
-                let at = world.position(id);
-                let miss = own.at.distance(at);
-                let is_mates = mates.iter().any(|mate| mate.distance(at) < miss);
-                let theirs = theirs.iter().find(|(zone, _)| zone.holds(at));
-                miss + nearest_inside(zone, scene.size, at).distance(at)
-                    + if is_mates { MATES_ROBOT } else { 0.0 }
-                    + theirs.map_or(0.0, |(_, cost)| *cost)
-            };
-            let outside = view.balls(goal.balls).filter(|&id| is_out(id) && aim_of(id).is_some());
-            self.memory.herds = outside.min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
-        }
-        let ball = self.memory.herds?;
-        let at = world.position(ball) + world.velocity(ball) * 0.1;
-        Some(place_behind(own, at, aim_of(ball)?, reach(ball)))
-    }
-
     /// A place behind the ball, or beyond it so that the bot hits it. The team's player nearest to the ball attacks;
     /// the others stay between the ball and their own goal.
     fn place_at_ball(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Option<Vec2> {
         let (scene, team) = (view.game.scene(), own.team);
         let attacked = view.aims.goals.iter().find(|goal| goal.is_good_for(team))?;
-        let goal = |goal: &Goal| middle(zone_of(view, goal.zone), scene.size);
+        let goal = |goal: &Goal| middle(zone_of(view.game.scene(), goal.zone), scene.size);
         let (ball, velocity) = view.nearest_ball(attacked.balls, own.at)?;
         let defended = view.aims.goals.iter().find(|goal| !goal.is_good_for(team));
         let late = (own.at.distance(ball) / 110.0).clamp(0.0, 0.5);
@@ -175,7 +109,7 @@ impl Bot {
         };
         let mut step = self.memory.step;
         if let Some(at) = quest.steps.get(step) {
-            let zone = zone_of(view, at.zone);
+            let zone = zone_of(view.game.scene(), at.zone);
             let mates = view.mates(self.seat).map(|(_, hero)| hero);
             if mates.chain([own.hero]).any(|hero| touches(hero, zone)) {
                 step += 1;
@@ -188,13 +122,13 @@ impl Bot {
         if let Some(at) = quest.steps.get(step).filter(|step| is_late && step.is_of_order()) {
             (step, self.memory.ends) = (at.first, None);
         }
-        let last = quest.steps.last().map(|last| zone_of(view, last.zone));
+        let last = quest.steps.last().map(|last| zone_of(view.game.scene(), last.zone));
         if step >= quest.steps.len() && !last.is_some_and(|zone| touches(own.hero, zone)) {
             // What was won once can be won again.
             step = 0;
         }
         self.memory.step = step;
-        quest.steps.get(step).map(|step| middle(zone_of(view, step.zone), size))
+        quest.steps.get(step).map(|step| middle(zone_of(view.game.scene(), step.zone), size))
     }
 
     /// The nearest thing that is worth touching.
@@ -218,8 +152,4 @@ fn place_behind(own: &OwnHero, ball: Vec2, aim: Vec2, reach: f32) -> Vec2 {
     } else {
         ball - aim * reach
     }
-}
-
-fn zone_of<'a>(view: &BotView<'a>, zone: u8) -> &'a ZoneSpec {
-    &view.game.scene().rules.zones[usize::from(zone)]
 }

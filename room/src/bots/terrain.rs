@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 const CELLS_MAX: f32 = 64.0;
 /// Maximum number of cells that a bot looks ahead on its path.
 const AHEAD: usize = 16;
+/// Depth in an obstacle up to which a hero only touches it, world units.
+const TOUCHES: f32 = 1.0;
 const FAR: u16 = u16::MAX;
 
 /// A grid over the world that marks where a hero's centre cannot be.
@@ -19,6 +21,8 @@ pub struct Terrain {
     /// A hero's half extent.
     half: Vec2,
     blocked: Vec<bool>,
+    /// Where obstacles are: centre, and distance on each axis within which a hero's centre cannot be.
+    obstacles: Vec<(Vec2, Vec2)>,
     /// Number of steps to the goal of the latest search.
     steps: Vec<u16>,
     queue: VecDeque<usize>,
@@ -37,6 +41,7 @@ impl Terrain {
             rows,
             half,
             blocked: vec![false; count],
+            obstacles: Vec::new(),
             steps: vec![FAR; count],
             queue: VecDeque::new(),
         }
@@ -45,6 +50,7 @@ impl Terrain {
     /// Marks the cells that heroes cannot be in.
     pub fn survey(&mut self, game: &Game) {
         self.blocked.fill(false);
+        self.obstacles.clear();
         let (scene, world) = (game.scene(), game.world());
         let Some(hero) = &scene.hero else { return };
         for body in game.bodies() {
@@ -53,6 +59,7 @@ impl Terrain {
                 continue;
             }
             let (center, reach) = (world.position(body.id), body.shape.half_extent() + self.half);
+            self.obstacles.push((center, reach));
             let [left, bottom] = self.clamped(center - reach + self.cell * 0.5);
             let [right, top] = self.clamped(center + reach - self.cell * 0.5);
             for row in bottom..=top {
@@ -65,9 +72,12 @@ impl Terrain {
         }
     }
 
-    /// Returns whether a hero can be at a point.
-    pub fn is_free(&self, point: Vec2) -> bool {
-        !self.blocked[self.index(point)]
+    /// Returns whether a hero has room at a point, exactly, so that it may touch obstacles.
+    pub fn has_room(&self, point: Vec2) -> bool {
+        self.obstacles.iter().all(|(center, reach)| {
+            let into = *reach - (point - *center).abs();
+            into.x < TOUCHES || into.y < TOUCHES
+        })
     }
 
     /// Returns whether no obstacle lies between two points.

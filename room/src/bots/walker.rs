@@ -60,8 +60,8 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// The hero as it will be after `late` seconds, in which it gets on by `drift` units; `None` if heroes fly.
-    pub fn of(view: &BotView, own: &OwnHero, late: f32, drift: f32) -> Option<Walker> {
+    /// The hero as it will be after `late` seconds, during `strides` of which it runs to the right; `None` if heroes fly.
+    pub fn of(view: &BotView, own: &OwnHero, late: f32, strides: f32) -> Option<Walker> {
         let scene = view.game.scene();
         let walk = scene.hero.as_ref()?.walk?;
         let half = view.game.world().shape(own.hero).half_extent();
@@ -77,7 +77,7 @@ impl Walker {
             surfaces.retain(|surface| surface.is_near(own.at));
             surfaces.truncate(SURFACES_MAX);
         }
-        let at = own.at + Vec2::new(drift, 0.0);
+        let at = own.at + Vec2::new(strides * walk.speed, 0.0);
         let height = walk.jump * walk.jump / (2.0 * fall);
         Some(Walker {
             walk,
