@@ -51,6 +51,8 @@ pub struct BotMemory {
     pub step: usize,
     /// The tick of the game at which steps that were done no longer count.
     pub ends: Option<u32>,
+    /// The tick of the game until which a nearer mate may do the step.
+    pub patience: Option<u32>,
     /// The ball that the bot herds.
     pub herds: Option<BodyId>,
     /// The bot's destination while it has no other aim.

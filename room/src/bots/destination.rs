@@ -11,6 +11,9 @@ use jostle_sim::{BodyId, Vec2};
 const NEAR_SIDE: f32 = 22.0;
 /// How far beyond a gate a bot aims, so that it does not slow down in it, world units.
 const THROUGH: f32 = 25.0;
+/// Ticks for which a bot leaves a step of a quest to a mate who is nearer, so that they do not push each other.
+const PATIENCE_TICKS: u32 = 900;
+
 impl Bot {
     /// The place to be at.
     pub(super) fn place(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Vec2 {
@@ -127,8 +130,16 @@ impl Bot {
             // What was won once can be won again.
             step = 0;
         }
+        let tick = view.game.tick_count();
+        if step != self.memory.step || self.memory.patience.is_none() {
+            self.memory.patience = Some(tick + PATIENCE_TICKS);
+        }
         self.memory.step = step;
-        quest.steps.get(step).map(|step| middle(zone_of(view.game.scene(), step.zone), size))
+        let place = middle(zone_of(view.game.scene(), quest.steps.get(step)?.zone), size);
+        let away = |hero: BodyId| world.position(hero).distance(place);
+        let is_mates = view.mates(self.seat).any(|(_, mate)| away(mate) < away(own.hero));
+        let waits = is_mates && self.memory.patience.is_some_and(|until| tick < until);
+        Some(if waits { own.at } else { place })
     }
 
     /// The nearest thing that is worth touching.

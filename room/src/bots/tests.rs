@@ -303,7 +303,7 @@ fn rounds_won(name: &str, players: u16) -> usize {
 #[test]
 fn bots_win_what_a_crew_plays() {
     for (name, players, least) in
-        [("lamp", 1, 9), ("lock", 1, 8), ("slingshot", 1, 3), ("herd", 2, 5)]
+        [("lamp", 1, 9), ("lock", 1, 8), ("lock", 3, 5), ("slingshot", 1, 3), ("herd", 2, 5)]
     {
         let won = rounds_won(name, players);
         println!("{name}: {players} bots won {won} rounds of 10");

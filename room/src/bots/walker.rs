@@ -13,11 +13,11 @@ const STANDS: f32 = 1.0;
 const MARGIN: f32 = 0.5;
 /// Error that a bot accepts in its position, world units.
 const NEAR: f32 = 1.5;
-/// Highest jump that a bot dares, as a share of the highest possible one; onto a body that moves, the share at which it
-/// jumps; and likewise how far it dares to drop.
+/// Highest jump that a bot dares, as a share of the highest possible one; from one body that moves onto another, the
+/// share at which it jumps; and likewise how far it dares to drop.
 const JUMP: f32 = 0.8;
 const JUMP_ONTO: f32 = 0.4;
-const DROP: [f32; 2] = [0.2, 0.65];
+const DROP: f32 = 0.2;
 
 /// Maximum number of surfaces among which a bot looks for a way. If there are more, it knows those nearby.
 const SURFACES_MAX: usize = 64;
@@ -172,6 +172,17 @@ impl Walker {
         is_high && wall.left - self.width < x && x < wall.right + self.width
     }
 
+    /// Returns whether a hero that jumps now comes down on a body that moves, whose top is `rise` higher than its feet.
+    fn lands_on(&self, to: &Surface, rise: f32) -> bool {
+        let gap = max(to.left - self.at.x, self.at.x - to.right);
+        let time = max(gap, 0.0) / self.walk.speed;
+        // Bodies turn around at the ends of their paths.
+        let off = to.velocity.y * time;
+        let turned = off.clamp(to.swept[0].y, max(to.swept[0].y, to.swept[1].y));
+        let above = self.walk.jump * time - self.fall * time * time * 0.5 - rise;
+        above - (2.0 * turned - off) > STANDS
+    }
+
     /// The keys with which a hero on one surface jumps to another, or waits until it can.
     fn hop(&self, from: &Surface, to: &Surface) -> Buttons {
         let rise = to.top - from.top;
@@ -189,12 +200,15 @@ impl Walker {
         }
         let middle = (to.left + to.right) * 0.5;
         let edge = middle.clamp(from.left, max(from.left, from.right));
-        let highest = if is_still(from) || !is_still(to) { JUMP_ONTO } else { JUMP };
-        let [near, far] = DROP;
-        let lowest = if is_still(from) { far } else { near };
-        let is_fixed = is_still(from) && is_still(to);
-        let in_reach = rise < self.height * highest && rise > -self.height * lowest;
-        if (self.at.x - edge).abs() > 2.0 * NEAR || !(is_fixed || in_reach) {
+        let in_reach = match (is_still(from), is_still(to)) {
+            (true, true) => true,
+            (true, false) => self.lands_on(to, rise),
+            (false, _) => {
+                let highest = if is_still(to) { JUMP } else { JUMP_ONTO };
+                rise < self.height * highest && rise > -self.height * DROP
+            }
+        };
+        if (self.at.x - edge).abs() > 2.0 * NEAR || !in_reach {
             return self.run_to(edge);
         }
         let way = if middle > self.at.x { Buttons::RIGHT } else { Buttons::LEFT };
