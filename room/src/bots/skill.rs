@@ -12,7 +12,7 @@ const MISS: [f32; 2] = [14.0, 2.0];
 /// Share of the looks at which a bot misjudges what it sees, likewise.
 const SLIPS: [f32; 2] = [0.4, 0.0];
 /// Share of the looks at which a bot throws at a rival, likewise.
-const SHOTS: [f32; 2] = [0.22, 0.34];
+const SHOTS: [f32; 2] = [0.19, 0.34];
 
 /// A bot's skill: 0 for a beginner, 1 for the best that bots can be.
 #[derive(Clone, Copy, Debug)]
