@@ -72,7 +72,7 @@ impl Bot {
     }
 
     /// Returns whether the bot is one of the defenders, which every second player of a team is.
-    fn guards(&self, view: &BotView, own: &OwnHero) -> bool {
+    pub(super) fn guards(&self, view: &BotView, own: &OwnHero) -> bool {
         let mates = view.round.iter().flat_map(|round| &round.players);
         mates.filter(|mate| mate.team == own.team && mate.seat < self.seat).count() % 2 == 1
     }

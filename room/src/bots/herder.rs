@@ -12,8 +12,8 @@ use jostle_sim::{BodyId, Vec2};
 /// Detour that a bot accepts for a robot which will soon be out of reach, world units, and how soon, seconds.
 const ESCAPES: f32 = 100.0;
 const ESCAPE_SECONDS: f32 = 8.0;
-/// Detour that a bot accepts for a robot which is not in another team's zone, or which is in one that is nearly full,
-/// world units.
+/// Detour that a bot accepts for a robot which is not in another team's zone, or that a defender accepts for one which is
+/// in a zone that is nearly full, world units.
 const RIVALS_ROBOT: f32 = 200.0;
 /// Distance from the part of a zone that is well inside below which a ball stays where it is, world units.
 const RESTS: f32 = 6.0;
@@ -36,6 +36,8 @@ struct Flock<'a> {
     zone: &'a ZoneSpec,
     /// A hero's half extent.
     half: Vec2,
+    /// Whether the bot keeps the others from filling their zones.
+    guards: bool,
 }
 
 /// A ball, and where to shove it.
@@ -58,8 +60,9 @@ impl Bot {
     ) -> Option<Vec2> {
         let goal = view.aims.goals.iter().find(|goal| goal.keeps && goal.is_good_for(own.team))?;
         let half = view.game.world().shape(own.hero).half_extent();
-        let flock =
-            Flock { view, terrain, goal: *goal, zone: zone_of(view.game.scene(), goal.zone), half };
+        let zone = zone_of(view.game.scene(), goal.zone);
+        let guards = self.guards(view, own);
+        let flock = Flock { view, terrain, goal: *goal, zone, half, guards };
         let late = self.late();
         let ahead = self.ahead(view, own);
         if self.rng.below(60) == 0 {
@@ -174,7 +177,11 @@ impl Flock<'_> {
         let theirs = view.aims.goals.iter().filter(|other| other.keeps && !other.is_good_for(team));
         let zones = theirs.map(|other| zone_of(view.game.scene(), other.zone));
         zones
-            .map(|zone| (zone, if is_nearly_full(zone) { -RIVALS_ROBOT } else { RIVALS_ROBOT }))
+            .map(|zone| match (is_nearly_full(zone), self.guards) {
+                (true, true) => (zone, -RIVALS_ROBOT),
+                (true, false) => (zone, 0.0),
+                _ => (zone, RIVALS_ROBOT),
+            })
             .collect()
     }
 
