@@ -143,7 +143,11 @@ enum Task {
         options: Vec<String>,
     },
     /// Play a hundred matches of each game against bots, and print who wins
-    Bots,
+    Bots {
+        /// Seed of the first match; the others follow it
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
+    },
     /// Simulate the directory of fleets of several sizes and its response to failures
     Fleet {
         /// Options of the simulation: --nodes, --rooms, --seed
@@ -196,7 +200,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { property, seconds } => fuzz::fuzz(property.as_deref(), seconds)?,
         Task::Latency { presses, json } => measure::latency(presses, json.as_deref())?,
-        Task::Bots => measure::bots()?,
+        Task::Bots { seed } => measure::bots(seed)?,
         Task::Fleet { options } => measure::fleet(&options)?,
         Task::Load { allocations, options } => measure::load(&options, allocations)?,
         Task::Pictures => pictures::take()?,

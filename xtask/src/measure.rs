@@ -82,9 +82,10 @@ pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
 }
 
 /// Plays matches of one person against bots, and prints tables for docs/development.md.
-pub fn bots() -> Result<()> {
+pub fn bots(seed: u64) -> Result<()> {
     say("bots", "build the room, optimised");
     let mut matches = cargo(&["test", "--release", "--package", "jostle-room", "--test", "room"]);
+    matches.env("JOSTLE_FIRST_SEED", seed.to_string());
     run(matches.args(["matches", "--", "--nocapture"]))
 }
 

@@ -11,6 +11,11 @@ const MATCHES: u64 = if cfg!(debug_assertions) { 1 } else { 100 };
 /// Length of a match that has not ended before, ticks.
 const TICKS_MAX: u32 = 310 * 60;
 
+/// The seed of the first match; the others follow it. `cargo xtask bots` gets it as an option.
+fn first_seed() -> u64 {
+    std::env::var("JOSTLE_FIRST_SEED").map_or(0, |seed| seed.parse().expect("a seed"))
+}
+
 /// The outcome of matches in which one person plays against bots.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
@@ -30,7 +35,7 @@ fn matches(
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
     let scene = Arc::new(scene.expect("a shipped scene"));
     let mut tally = Tally::default();
-    for seed in 0..count {
+    for seed in first_seed()..first_seed() + count {
         let fill = scene.rules.round.as_ref().expect("a round").fill.max(2);
         let mut room = Room::filled("match", Arc::clone(&scene), seed, fill);
         let ann = Appearance::new("Ann", 0).expect("a good name");
@@ -76,12 +81,13 @@ const SCENES: [&str; 7] = ["flags", "roundup", "hockey", "hill", "splash", "race
 
 #[test]
 fn an_idle_player_does_not_win_against_bots() {
-    for name in SCENES {
+    let won = SCENES.into_iter().filter(|name| {
         let idle = matches(name, MATCHES, |_| Box::new(|_, _| Input::default()));
         println!("{name}: an idle player won {}, drew {}", idle.won, idle.shared);
-        // Robots that roam may herd themselves, which wins about one round of `roundup` in a hundred.
-        assert!(idle.won * 50 <= MATCHES, "an idle player wins {name}");
-    }
+        idle.won > 0
+    });
+    let won: Vec<&str> = won.collect();
+    assert!(won.is_empty(), "an idle player wins {won:?}");
 }
 
 /// Prints how often a scripted novice wins; the docs have the figures.
