@@ -25,6 +25,8 @@ const FLUSH: f32 = 8.0;
 const GAP: f32 = 4.0;
 /// Speeds at which bots shove, units/s.
 const SPEEDS: [f32; 2] = [16.0, 60.0];
+/// Error of a place from which a bot shoves, as a share of its error elsewhere.
+const INEXACT: f32 = 0.4;
 /// Share of the width of a hero by which it may be off the middle of the ball that it shoves.
 const OFF: f32 = 0.7;
 
@@ -76,7 +78,8 @@ impl Bot {
         }
         let shove = shove.or_else(|| flock.shove(self.memory.herds?, own.at, late));
         let Some(shove) = shove else { return Some(ahead.seen_from(own, own.at)) };
-        Some(ahead.seen_from(own, flock.place(ahead.at, &shove)))
+        let miss = self.miss() * INEXACT;
+        Some(ahead.seen_from(own, flock.place(ahead.at, &shove)) + miss)
     }
 }
 
