@@ -401,6 +401,9 @@ pub async fn a_form_writes_into_the_text(stage: Arc<Stage>) -> Result<()> {
     tab.fill(field, "0.5").await?;
     tab.press("Enter").await?;
     until_text(&tab, "size = [56, 4]\nrestitution = 0.5\n").await?;
+    tab.click_on("#tab-text").await?;
+    until_cursor(&tab, "restitution = 0.5").await?;
+    tab.click_on("#tab-form").await?;
     tab.click_on(field).await?;
     tab.eval::<bool>("(document.activeElement.select(), true)").await?;
     tab.press("Delete").await?;
