@@ -330,7 +330,8 @@ async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
         });
     }
     // Without a limit, they would receive 600 kB/s.
-    until_count(server.ops, "jostle_snapshots_skipped_total{reason=\"uplink\"}", u64::from(CROWD)).await;
+    until_count(server.ops, "jostle_snapshots_skipped_total{reason=\"uplink\"}", u64::from(CROWD))
+        .await;
     limited.send_replace(true);
     let sent = crowd.join_all().await;
     let seconds = began.elapsed().as_secs_f64() + f64::from(UPLINK_BURST_SECONDS);
