@@ -18,3 +18,4 @@ pub mod scripts;
 pub mod server;
 pub mod state;
 pub mod tab;
+mod tab_events;
