@@ -46,6 +46,9 @@ impl Bot {
             })
             .filter(|(at, _)| at.distance(from) < FEARED)
             .collect();
+        if packs.is_empty() {
+            return None;
+        }
         let ways = (0..WAYS).map(|way| {
             let angle = f32::from(way) * (std::f32::consts::TAU / f32::from(WAYS));
             from + Vec2::new(cos(angle), sin(angle)) * RUN
@@ -60,6 +63,6 @@ impl Bot {
         };
         let ways = ways.filter(|&end| terrain.has_room(end));
         let best = ways.map(|end| (end, worth(end))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (!packs.is_empty()).then(|| ahead.seen_from(own, best.0))
+        Some(ahead.seen_from(own, best.0))
     }
 }

@@ -17,8 +17,8 @@ const ESCAPE_SECONDS: f32 = 8.0;
 const RIVALS_ROBOT: f32 = 200.0;
 /// Distance from the part of a zone that is well inside below which a ball stays where it is, world units.
 const RESTS: f32 = 6.0;
-/// Distance along an axis below which a ball needs no shove, and at a wall of the zone, where nobody gets behind it,
-/// world units.
+/// Distance along an axis below which a ball needs no shove, and likewise at a wall of the zone, where there is no
+/// room behind it, world units.
 const ALIGNED: f32 = 1.0;
 const FLUSH: f32 = 8.0;
 /// Distance that a bot keeps from a ball until it shoves it, world units.
@@ -85,7 +85,7 @@ impl Bot {
 
 impl Flock<'_> {
     /// How a ball has to be shoved next, by a hero at `from` and in `late` seconds; `None` if it is where it belongs,
-    /// or if nobody can get behind it on an axis along which it has to move.
+    /// or if there is no room behind it on an axis along which it has to move.
     fn shove(&self, ball: BodyId, from: Vec2, late: f32) -> Option<Shove> {
         let world = self.view.game.world();
         if !world.contains(ball) {
@@ -97,8 +97,7 @@ impl Flock<'_> {
             return None;
         }
         let radius = world.shape(ball).half_extent().x;
-        let axes = [Vec2::new(off.x, 0.0), Vec2::new(0.0, off.y)];
-        let ways = axes.into_iter().filter(|axis| axis.length() > ALIGNED).map(|axis| {
+        let ways = along_axes(off).into_iter().filter(|axis| axis.length() > ALIGNED).map(|axis| {
             let (way, miss) = (axis.normalize(), axis.length());
             Shove { at: now + velocity * late, radius, way, miss }
         });
@@ -120,13 +119,13 @@ impl Flock<'_> {
         nearest_inside(self.zone, self.view.game.scene().size, at) - at
     }
 
-    /// Returns whether a ball soon roams to a place from which nobody can shove it.
+    /// Returns whether a ball soon roams to a place from which it cannot be shoved.
     fn escapes(&self, ball: BodyId) -> bool {
         let world = self.view.game.world();
         let (now, radius) = (world.position(ball), world.shape(ball).half_extent().x);
         let soon = now + world.velocity(ball) * ESCAPE_SECONDS;
         let off = self.off(now);
-        [Vec2::new(off.x, 0.0), Vec2::new(0.0, off.y)].into_iter().any(|axis| {
+        along_axes(off).into_iter().any(|axis| {
             let way = axis.normalize_or_zero();
             let reach = self.half.dot(way.abs()) + radius;
             axis.length() > FLUSH && !self.terrain.has_room(soon - way * reach)
@@ -210,4 +209,9 @@ impl Flock<'_> {
         let beside = |side: f32| at + across * (side * clear) - way * back;
         if self.terrain.has_room(beside(side)) { beside(side) } else { beside(-side) }
     }
+}
+
+/// The parts of a vector along the two axes.
+fn along_axes(vector: Vec2) -> [Vec2; 2] {
+    [Vec2::new(vector.x, 0.0), Vec2::new(0.0, vector.y)]
 }
