@@ -28,7 +28,7 @@ pub fn added(text: &str, list: &str, fields: &str) -> Option<String> {
     Some(apply(text, vec![Splice::insert(at, table)]))
 }
 
-/// Adds teams until there are so many. They are named after the players' colours, which are also theirs.
+/// Adds teams up to this number. They are named after the players' colours, which are also theirs.
 pub fn with_teams(mut text: String, count: usize) -> Option<String> {
     for team in self::count(&text, "teams")..count.min(TEAMS_MAX) {
         let name = palette::NAMES[team];

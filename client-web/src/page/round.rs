@@ -175,7 +175,7 @@ impl RoundContext<'_> {
     /// shows the others.
     fn board(&self) -> Vec<SideView> {
         let teams = (0..).zip(&self.round.teams);
-        // Of two teams, both are told, even if nobody is in one.
+        // The scoreboard shows both of two teams, even an empty one.
         let are_two = self.round.teams.len() == 2;
         let counts =
             |&(team, info): &(u8, &SideInfo)| are_two || info.is_in || self.has_players(team);
