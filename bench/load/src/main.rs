@@ -41,9 +41,11 @@ const NEWCOMERS_SHARE: u32 = 3;
 const LOSS_EVERY_S: u32 = 60;
 /// How long an idle thread measures the machine's jitter before the bots connect.
 const PROBE: Duration = Duration::from_secs(2);
-/// The crowd's scene and room code.
-const CROWD: &str = include_str!("../crowd.toml");
+/// The room of the crowd.
 const CROWD_ROOM: &str = "crowd";
+/// Scenes for load tests, beside those of the server.
+const SCENES: [(&str, &str); 2] =
+    [(CROWD_ROOM, include_str!("../crowd.toml")), ("still", include_str!("../still.toml"))];
 
 /// Measures a server under load: a crowd in one room, many rooms, and a crowd with lost sockets and newcomers
 #[derive(Parser)]
@@ -60,7 +62,7 @@ struct Load {
     /// Let bots press no keys and send as little as an idle player's page
     #[arg(long)]
     idle: bool,
-    /// Scene to play in the part with many rooms
+    /// Scene to play in the part with many rooms: one of the server's, or `still`, in which nothing moves by itself
     #[arg(long, value_name = "NAME", default_value = "arena")]
     scene: String,
     /// Number of empty rooms to open, list, search and close; 0 skips this part
@@ -116,10 +118,12 @@ fn main() -> Result<()> {
     measured
 }
 
-/// Writes the crowd's scene to a directory.
+/// Writes the scenes for load tests to a directory.
 fn write_scenes(dir: &Path) -> Result<()> {
     fs::create_dir_all(dir).context("a directory for scenes")?;
-    Ok(fs::write(dir.join(format!("{CROWD_ROOM}.toml")), CROWD)?)
+    Ok(SCENES
+        .iter()
+        .try_for_each(|(name, text)| fs::write(dir.join(format!("{name}.toml")), text))?)
 }
 
 impl Load {
