@@ -23,6 +23,8 @@ pub struct InputQueue {
     seq_played: u32,
     /// Repeated until a new input arrives.
     last: Option<Input>,
+    /// Whether the last tick played a new input that differs from the one before.
+    changed: bool,
     silent_ticks: u32,
     long_ticks: u32,
 }
@@ -54,6 +56,12 @@ impl InputQueue {
         self.seq_played
     }
 
+    /// Whether the last tick played a new input that differs from the one before. A page repeats its input while
+    /// nothing happens, and nobody waits for the number of a repeat.
+    pub fn has_changed(&self) -> bool {
+        self.changed
+    }
+
     /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are refused. If there
     /// are more than [`INPUTS_QUEUED_MAX`], the oldest input is dropped.
     pub fn push(&mut self, seq: u32, input: Input) -> bool {
@@ -74,21 +82,24 @@ impl InputQueue {
         self.push(self.seq_newest.saturating_add(1), input);
     }
 
-    /// Takes the input to play in this tick: the next one, or the last one again for up to [`SILENCE_TICKS`], or `None`
-    /// for a player at rest.
+    /// Takes the input to play in this tick: the next one, or the last one again, or `None` for a player at rest. The
+    /// buttons of the last one are released after [`SILENCE_TICKS`].
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
+        self.changed = false;
         let Some(next) = self.waiting.pop_front() else {
             self.silent_ticks = self.silent_ticks.saturating_add(1);
             if self.silent_ticks > SILENCE_TICKS {
-                self.last = None;
+                self.last = self.last.filter(|last| last.buttons() == Buttons::default());
             }
             return self.last;
         };
+        let input = next.merged();
+        self.changed = self.last.unwrap_or_default() != input;
         self.seq_played = next.seq;
         self.silent_ticks = 0;
         self.last = Some(next.input);
-        Some(next.merged())
+        Some(input)
     }
 
     /// Drops all inputs, which leaves the player at rest.
@@ -144,6 +155,21 @@ mod tests {
             seqs.push(queue.seq_played());
         }
         seqs
+    }
+
+    #[test]
+    fn a_repeated_input_changes_nothing() {
+        let mut queue = InputQueue::default();
+        let pressed = Input::new(Buttons::RIGHT, None);
+        let inputs = [pressed, pressed, Input::default(), Input::default()];
+        let changes = (1..).zip(inputs).map(|(seq, input)| {
+            queue.push(seq, input);
+            queue.take();
+            queue.has_changed()
+        });
+        assert_eq!(changes.collect::<Vec<bool>>(), [true, false, true, false]);
+        queue.take();
+        assert!(!queue.has_changed(), "nothing was played");
     }
 
     #[test]

@@ -10,9 +10,13 @@ const RATE_HZ: f64 = 60.0;
 const BURST: f64 = 3.0;
 /// Maximum number of queued inputs when changes come faster than ticks; the oldest moves are dropped first.
 const WAITING_MAX: usize = 8;
-/// Interval at which an unchanged input is repeated as a heartbeat.
+/// Interval at which an unchanged input is repeated while a button is pressed. The server releases the buttons of a
+/// player whom it does not hear.
 const REPEAT_MS: f64 = 80.0;
-
+/// Like [`REPEAT_MS`], for a player who has pressed no button and moved no pointer for [`REST_AFTER_MS`]. Until then,
+/// repeats show how long inputs take to be played.
+const REST_MS: f64 = 250.0;
+const REST_AFTER_MS: f64 = 3000.0;
 /// After this time an input is sent regardless of booked ticks; otherwise the server would release all keys.
 const OVERDUE_MS: f64 = 160.0;
 /// If another input is played in the preceding tick, a move is sent only after this fraction of a tick. If sent sooner,
@@ -27,6 +31,8 @@ pub struct InputSender {
     waiting: VecDeque<Input>,
     last: Option<Input>,
     sent_ms: f64,
+    /// When the input last changed.
+    changed_ms: f64,
     allowance: f64,
     refilled_ms: f64,
     seq: u32,
@@ -40,6 +46,7 @@ impl Default for InputSender {
             waiting: VecDeque::new(),
             last: None,
             sent_ms: f64::NEG_INFINITY,
+            changed_ms: f64::NEG_INFINITY,
             allowance: BURST,
             refilled_ms: 0.0,
             seq: 0,
@@ -94,7 +101,11 @@ impl InputSender {
             // snapshot.
             self.booked = 0;
         }
-        let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
+        let repeat = self.last.filter(|last| {
+            let pressed = last.buttons() != Buttons::default();
+            let rests = !pressed && now_ms - self.changed_ms >= REST_AFTER_MS;
+            now_ms - self.sent_ms >= if rests { REST_MS } else { REPEAT_MS }
+        });
         let input = self.waiting.front().copied().or(repeat)?;
         let urgent = self.last.is_none_or(|last| last.buttons() != input.buttons());
         let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
@@ -109,7 +120,9 @@ impl InputSender {
         self.booked = tick.max(self.booked + 1);
         self.allowance -= 1.0;
         self.sent_ms = now_ms;
-        self.last = Some(input);
+        if self.last.replace(input) != Some(input) {
+            self.changed_ms = now_ms;
+        }
         self.seq += 1;
         Some((self.seq, input))
     }

@@ -144,3 +144,20 @@ fn a_held_key_is_repeated() {
     let count: usize = (0..1000).map(|ms| sent(&mut sender, f64::from(ms)).len()).sum();
     assert!((11..=14).contains(&count), "{count} inputs in a second");
 }
+
+#[test]
+fn an_idle_player_repeats_less_often_but_a_held_key_does_not() {
+    let count = |input: Input| {
+        let mut sender = InputSender::default();
+        sender.note(input);
+        let mut sent_in = |from_ms: u32| {
+            let frames = (from_ms..from_ms + 2000).step_by(10);
+            frames.map(|now_ms| sent(&mut sender, now_ms.into()).len()).sum::<usize>()
+        };
+        [sent_in(1000), sent_in(5000)]
+    };
+    let [first, later] = count(pressed(Buttons::default()));
+    assert!((23..=26).contains(&first) && later == 8, "{first} and {later}");
+    let [first, later] = count(pressed(Buttons::LEFT));
+    assert!((23..=26).contains(&first) && (23..=26).contains(&later), "{first} and {later}");
+}
