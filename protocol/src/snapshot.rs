@@ -33,6 +33,16 @@ pub struct PlayerState {
     pub pointer: Option<[i32; 2]>,
 }
 
+impl PlayerState {
+    /// Whether two states differ in no more than the number of the newest input.
+    pub fn is_like(&self, other: &PlayerState) -> bool {
+        let PlayerState { seat, appearance, connected, input_seq: _, hero, selected, .. } = self;
+        (seat, appearance, connected, hero, selected)
+            == (&other.seat, &other.appearance, &other.connected, &other.hero, &other.selected)
+            && (self.held, self.score, self.pointer) == (other.held, other.score, other.pointer)
+    }
+}
+
 /// An event with its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedEvent {

@@ -127,12 +127,13 @@ impl SnapshotStream {
     }
 
     /// Returns true if nothing has moved recently and the next snapshot is equal to the newest, so that it need not be
-    /// sent.
+    /// sent. Sequence numbers of inputs may differ, because pages repeat their inputs while nothing happens.
     pub fn is_quiet(&self, next: &Snapshot) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
             !self.moves()
                 && newest.bodies == next.bodies
-                && newest.players == next.players
+                && newest.players.len() == next.players.len()
+                && zip(&newest.players, &next.players).all(|(old, next)| old.is_like(next))
                 && newest.round == next.round
         })
     }

@@ -28,17 +28,20 @@ pub struct Replication {
 }
 
 impl Replication {
-    /// Encodes the newest snapshot for every channel and interest area that is due.
-    pub fn push(&mut self, game: &Game, newest: &Arc<Snapshot>) {
+    /// Encodes the newest snapshot for every channel and interest area that is due. `acts` tells whether a player's
+    /// input has changed.
+    pub fn push(&mut self, game: &Game, newest: &Arc<Snapshot>, acts: bool) {
         let Replication { channels, areas, buffers, events } = self;
         let particles = game.world().particles();
         events.clear();
         let reported = game.events().iter();
         events.extend(reported.map(|&event| TimedEvent { tick: newest.tick, event }));
         for channel in channels.iter_mut().flatten() {
+            channel.note(acts);
             channel.push(newest, events, particles, buffers);
         }
         for (_, area) in areas.iter_mut() {
+            area.note(acts);
             area.push(newest, events, particles, buffers);
         }
     }

@@ -190,7 +190,8 @@ impl Room {
         self.record_tick(changes);
         self.capture();
         self.resize_areas();
-        self.replication.push(&self.game, &self.newest);
+        let acts = self.members.seats.values().any(|member| member.inputs.has_changed());
+        self.replication.push(&self.game, &self.newest, acts);
     }
 
     /// Applies joins and leaves to the game, and returns them for the log.

@@ -93,9 +93,8 @@ impl Predictor {
 
     /// Records that an input was sent at `now_ms`, with the clock's estimate of the server's tick.
     pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64, now_ms: f64) {
-        let buttons = input.buttons();
         let moment = self.moment_at(server_tick, now_ms);
-        if self.schedule.send(seq, buttons, server_tick, moment)
+        if self.schedule.send(seq, input, server_tick, moment)
             && let Some(authoritative) = &self.authoritative
         {
             // The input changes the prediction. The change is the response to the key, so it must not fade in.
@@ -108,12 +107,10 @@ impl Predictor {
         let Some(own) = newest.players.iter().find(|player| player.seat == self.seat) else {
             return self.lose();
         };
-        let since = before.map_or(newest.tick, |before| before.tick);
-        self.schedule.acknowledge(
-            own.input_seq,
-            since.min(newest.tick.saturating_sub(1)),
-            newest.tick,
-        );
+        let latest = newest.tick.saturating_sub(1);
+        let since = before.map_or(latest, |before| before.tick).min(latest);
+        let heard = self.authoritative.as_ref().map_or(since, |known| known.tick.min(since));
+        self.schedule.acknowledge(own.input_seq, heard, since, newest.tick);
         self.measure(own, newest);
         match (&mut self.authoritative, own.hero) {
             (Some(authoritative), Some(hero)) if authoritative.follows(hero, newest.tick) => {

@@ -100,6 +100,11 @@ impl InterestArea {
         }
     }
 
+    /// See [`SnapshotChannel::note`].
+    pub fn note(&mut self, acts: bool) {
+        self.channel.note(acts);
+    }
+
     /// Adds the next tick. See [`SnapshotChannel::push`].
     pub fn push(
         &mut self,

@@ -27,6 +27,8 @@ pub struct SnapshotChannel {
     count: u64,
     /// Events since the newest message.
     events: Vec<TimedEvent>,
+    /// Whether a player's input has changed since the newest message.
+    acts: bool,
     /// This tick's message, if one is due.
     message: Option<Bytes>,
     /// An unused snapshot, kept to reuse its memory.
@@ -55,6 +57,7 @@ impl SnapshotChannel {
             recent_joiners: VecDeque::new(),
             count: 0,
             events: Vec::new(),
+            acts: false,
             message: None,
             spare: Arc::clone(first),
         }
@@ -63,6 +66,12 @@ impl SnapshotChannel {
     /// The rate of messages.
     pub fn rate(&self) -> Rate {
         self.rate
+    }
+
+    /// Notes whether a player's input changes in the next tick. Such a tick is not quiet even if nothing moves, because
+    /// the player's page measures by it when its inputs are played.
+    pub fn note(&mut self, acts: bool) {
+        self.acts |= acts;
     }
 
     /// Adds the next tick, and encodes its snapshot if that is due and something has changed. While there are live
@@ -115,7 +124,8 @@ impl SnapshotChannel {
     /// Returns true if the next snapshot can be omitted.
     fn is_quiet(&self, next: &Snapshot, particles: &Particles) -> bool {
         let ticks_max = QUIET_MESSAGES_MAX * u32::from(self.rate.every());
-        let quiet = !particles.is_active() && self.events.is_empty() && self.stream.is_quiet(next);
+        let happens = self.acts || particles.is_active() || !self.events.is_empty();
+        let quiet = !happens && self.stream.is_quiet(next);
         quiet && next.tick - self.newest().tick <= ticks_max
     }
 
@@ -124,6 +134,7 @@ impl SnapshotChannel {
     }
 
     fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles, buffers: &mut BufferPool) {
+        self.acts = false;
         if self.events.len() > EVENTS_MAX {
             self.restart(snapshot, particles);
         } else {
@@ -253,7 +264,7 @@ impl Subscriber {
 mod tests {
     use super::*;
     use jostle_game::{Event, Kind};
-    use jostle_protocol::ServerMessage;
+    use jostle_protocol::{Appearance, PlayerState, ServerMessage};
     use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source, Vec2};
 
     /// A client subscribed to a channel.
@@ -377,6 +388,41 @@ mod tests {
         assert_eq!(client.messages, 1 + 120 / (QUIET_MESSAGES_MAX + 1));
         channel.push(&snapshot(180), &[], &flying(), &mut BufferPool::default());
         assert!(client.receive(&channel), "ticks with live particles are sent");
+    }
+
+    #[test]
+    fn repeated_inputs_leave_a_tick_quiet_and_changed_ones_do_not() {
+        let at = |tick, input_seq| {
+            let mut snapshot = Snapshot::clone(&snapshot(tick));
+            snapshot.players.push(PlayerState {
+                seat: Seat(0),
+                appearance: Appearance { name: "Ada".into(), color: 1 },
+                connected: true,
+                input_seq,
+                hero: None,
+                selected: None,
+                held: None,
+                score: 0,
+                pointer: None,
+            });
+            Arc::new(snapshot)
+        };
+        let mut channel = SnapshotChannel::new(Rate::Full, &at(60, 0));
+        let mut client = Client::subscribe(&mut channel);
+        for tick in 61..=70 {
+            channel.push(&at(tick, tick), &[], &still(), &mut BufferPool::default());
+            client.receive(&channel);
+        }
+        let before = client.messages;
+        channel.push(&at(71, 71), &[], &still(), &mut BufferPool::default());
+        assert!(!client.receive(&channel), "a repeat");
+        channel.note(true);
+        channel.push(&at(72, 72), &[], &still(), &mut BufferPool::default());
+        assert!(client.receive(&channel), "a press");
+        let held = client.stream.newest().unwrap();
+        assert_eq!((client.messages, held.players[0].input_seq), (before + 1, 72));
+        channel.push(&at(73, 73), &[], &still(), &mut BufferPool::default());
+        assert!(!client.receive(&channel), "a repeat after it");
     }
 
     #[test]
