@@ -15,14 +15,22 @@ use std::collections::VecDeque;
 /// Minimum number of ticks between looks, and the random range added to it.
 const LOOK_TICKS: u32 = 7;
 const LOOK_MORE: u32 = 6;
-/// Number of ticks between looks where heroes run and jump, which takes more care.
-const WALK_TICKS: u32 = 3;
+/// Number of ticks between looks where heroes run and jump or defend a lane, which takes more care.
+const CARE_TICKS: u32 = 3;
 /// Distance at which bots shoot, world units.
 const RANGE: f32 = 130.0;
 /// Desired speed below which no key is pressed, units/s.
 const IDLE_SPEED: f32 = 5.0;
-/// How many times further than otherwise a bot misses a ball that it misjudges.
-const MISJUDGED: f32 = 8.0;
+/// Maximum error of a place where a ball that a bot misjudges reaches its lane, world units.
+const MISJUDGED: f32 = 80.0;
+
+/// How many times more often than otherwise a bot misjudges such a ball, which it does once for each time that it comes.
+const LANE_SLIPS: f32 = 1.4;
+/// Share of such balls that even the best bot misjudges, so that bots among themselves come to an end.
+const LANE_SLIPS_MIN: f32 = 0.03;
+
+/// Rate at which a hero without drag comes to rest by its keys, 1/s.
+const BRAKES: f32 = 3.0;
 
 /// A bot and its current intentions.
 pub struct Bot {
@@ -57,6 +65,8 @@ pub struct BotMemory {
     pub herds: Option<BodyId>,
     /// The bot's destination while it has no other aim.
     pub roams_to: Option<Vec2>,
+    /// How far the bot misjudges the ball that comes towards its lane, world units.
+    pub misjudges: Option<f32>,
     /// The body onto which the hero jumps.
     pub hops_to: Option<BodyId>,
 }
@@ -107,8 +117,10 @@ impl Bot {
         self.pass_gate(view, own.at);
         let tick = view.game.tick_count();
         if self.wait == 0 {
+            let has_lane = view.game.scene().lane(own.team).is_some();
             let walks = view.game.scene().hero.as_ref().is_some_and(|hero| hero.walk.is_some());
-            self.wait = if walks { WALK_TICKS } else { LOOK_TICKS + self.rng.below(LOOK_MORE) };
+            let cares = walks || has_lane;
+            self.wait = if cares { CARE_TICKS } else { LOOK_TICKS + self.rng.below(LOOK_MORE) };
             let input = self.decide(view, terrain, &own);
             self.decided.push_back((tick + self.skill.reaction_ticks(), input));
         }
@@ -123,10 +135,9 @@ impl Bot {
     }
 
     fn decide(&mut self, view: &BotView, terrain: &mut Terrain, own: &OwnHero) -> Input {
-        let slips = self.rng.unit() < self.skill.slips();
         match view.game.scene().lane(own.team) {
-            Some(lane) => self.keep_lane(view, own, lane, slips),
-            None if slips => Input::default(),
+            Some(lane) => self.keep_lane(view, own, lane),
+            None if self.rng.unit() < self.skill.slips() => Input::default(),
             None => self.fly(view, terrain, own),
         }
     }
@@ -140,7 +151,7 @@ impl Bot {
     }
 
     /// Follows the ball along the lane, aiming slightly ahead.
-    fn keep_lane(&mut self, view: &BotView, own: &OwnHero, lane: LaneAxis, slips: bool) -> Input {
+    fn keep_lane(&mut self, view: &BotView, own: &OwnHero, lane: LaneAxis) -> Input {
         let balls = view.aims.goals.iter().fold(0, |all, goal| all | goal.balls);
         let Some((ball, velocity)) = view.nearest_ball(balls, own.at) else {
             return Input::default();
@@ -153,13 +164,36 @@ impl Bot {
         // The bot returns to the middle while the ball moves away.
         let middle = view.game.scene().size[along] * 0.5;
         let late = self.late();
-        let wanted = if comes { ball[along] + velocity[along] * (late + 0.1) } else { middle };
-        let miss = self.skill.miss() * if slips { MISJUDGED } else { 1.0 };
-        let at = own.at[along] + own.velocity[along] * late;
-        let off = wanted + self.rng.range(-miss, miss) - at;
+        if comes && self.memory.misjudges.is_none() {
+            let share = max(self.skill.slips() * LANE_SLIPS, LANE_SLIPS_MIN);
+            let misjudges = self.rng.unit() < share;
+            let miss = if misjudges { MISJUDGED } else { self.skill.miss() };
+            self.memory.misjudges = Some(self.rng.range(-miss, miss));
+        }
+        self.memory.misjudges.take_if(|_| !comes);
+        let wanted = match self.memory.misjudges {
+            Some(miss) => ball[along] + velocity[along] * (late + 0.1) + miss,
+            None => middle,
+        };
         let mut way = Vec2::ZERO;
-        way[along] = off * 4.0 - own.velocity[along] * 0.5;
+        way[along] = wanted - self.rest(view, own)[along];
         Input::new(keys(way), None)
+    }
+
+    /// Where the hero comes to rest by its drag, or soon by its keys, after those that it has decided to press.
+    fn rest(&self, view: &BotView, own: &OwnHero) -> Vec2 {
+        let Some(spec) = &view.game.scene().hero else { return own.at };
+        let drag = spec.body.drag.linear;
+        let pending = self.pending(view.game.tick_count());
+        let (at, velocity) = pending.fold((own.at, own.velocity), |(at, velocity), (way, time)| {
+            let ticks = (time / DT + 0.5) as u32;
+            (0..ticks).fold((at, velocity), |(at, velocity), _| {
+                let faster = clamp_length(velocity + way * spec.thrust * DT, spec.speed_max);
+                let velocity = faster * (1.0 - drag * DT);
+                (at + velocity * DT, velocity)
+            })
+        });
+        at + velocity / max(drag, BRAKES)
     }
 
     /// Flies to the place that the rules reward most, and shoots at a nearby hero.
