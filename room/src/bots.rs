@@ -13,6 +13,7 @@ mod slinger;
 mod terrain;
 mod walker;
 
+use crate::members::Activity;
 use aims::Aims;
 use bot::Bot;
 use bot_view::BotView;
@@ -155,9 +156,10 @@ impl Bots {
         of_largest.next().filter(|_| size(largest) >= smallest + 2)
     }
 
-    /// Lets bots that are ahead of the best person play less well, the further they are ahead. They do not wait for
-    /// people who do nothing, and where all people of a team do nothing, its bots do not win for them.
-    fn ease(&mut self, game: &Game, is_idle: impl Fn(Seat) -> bool) {
+    /// Lets bots that are ahead of the best person play less well, the further they are ahead. They do not spare people
+    /// who do nothing yet, or nothing any more. Where all people of a team do nothing any more, its bots do not win for
+    /// them.
+    fn ease(&mut self, game: &Game, activity: impl Fn(Seat) -> Option<Activity>) {
         let Some(round) = self.round.take() else { return };
         let rules = game.scene().rules.round.as_ref();
         let goal = rules.and_then(|round| round.goal.or(round.lives)).unwrap_or(EASE_POINTS) as f32;
@@ -172,23 +174,26 @@ impl Bots {
             round.side(side).map_or(0.0, |side| (side.score + side.lives) as f32 + laps)
         };
         let people = round.players.iter().map(|player| player.seat).filter(|&seat| !self.has(seat));
-        let (idle, active): (Vec<Seat>, Vec<Seat>) = people.partition(|&seat| is_idle(seat));
+        let that_are = |which| -> Vec<Seat> {
+            people.clone().filter(|&seat| activity(seat) == Some(which)).collect()
+        };
+        let [new, active, idle] = [Activity::New, Activity::Active, Activity::Idle].map(that_are);
         let best = active.iter().map(|&seat| standing(seat)).reduce(max);
         for bot in &mut self.bots {
             let side = round.side_of(bot.seat);
             let is_in = |people: &[Seat]| people.iter().any(|&seat| round.side_of(seat) == side);
             let lead = best.map(|best| (standing(bot.seat) - best) / (goal * EASE_LEAD));
-            bot.waits = is_in(&idle) && !is_in(&active);
+            bot.waits = is_in(&idle) && !is_in(&active) && !is_in(&new);
             bot.ease(lead.map(|lead| lead.clamp(0.0, 1.0)));
         }
         self.round = Some(round);
     }
 
     /// From time to time, looks at the obstacles, and at how people do.
-    pub fn survey(&mut self, game: &Game, is_idle: impl Fn(Seat) -> bool) {
+    pub fn survey(&mut self, game: &Game, activity: impl Fn(Seat) -> Option<Activity>) {
         if self.is_due(game) {
             game.capture_round(&mut self.round);
-            self.ease(game, is_idle);
+            self.ease(game, activity);
             self.terrain.survey(game);
         }
     }

@@ -92,6 +92,17 @@ pub struct Member {
     pub view: Option<Vec2>,
 }
 
+/// What a player has done lately.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Nothing yet, having just come.
+    New,
+    /// Something.
+    Active,
+    /// Nothing for a while.
+    Idle,
+}
+
 impl Member {
     /// Creates a member with a socket.
     pub fn new(appearance: Appearance, serial: u64) -> Member {
@@ -114,9 +125,13 @@ impl Member {
         self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// Returns whether the player has done nothing for a while.
-    pub fn is_idle(&self, tick: u32) -> bool {
-        tick.saturating_sub(self.intent.1) > IDLE_TICKS
+    /// What the player has done lately.
+    pub fn activity(&self, tick: u32) -> Activity {
+        match self.intent.1 {
+            acted if tick.saturating_sub(acted) > IDLE_TICKS => Activity::Idle,
+            acted if acted == self.joined_tick => Activity::New,
+            _ => Activity::Active,
+        }
     }
 
     /// Hands the seat to a new session that presented the claim `serial_before`.

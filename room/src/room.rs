@@ -219,8 +219,7 @@ impl Room {
         let Members { bots, seats, .. } = &mut self.members;
         if let Some(bots) = bots {
             let tick = self.game.tick_count();
-            let is_idle = |seat| seats.get(&seat).is_some_and(|member| member.is_idle(tick));
-            bots.survey(&self.game, is_idle);
+            bots.survey(&self.game, |seat| seats.get(&seat).map(|member| member.activity(tick)));
             bots.play(&self.game, |seat, input| {
                 if let Some(member) = seats.get_mut(&seat) {
                     member.inputs.push_next(input);

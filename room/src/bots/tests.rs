@@ -279,7 +279,7 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
         game.join(seat);
     }
     loop {
-        bots.survey(&game, |_| false);
+        bots.survey(&game, |_| None);
         let mut inputs = Vec::new();
         bots.play(&game, |seat, input| inputs.push((seat, input)));
         game.tick(&inputs);
