@@ -184,6 +184,7 @@ impl Bots {
             let is_in = |people: &[Seat]| people.iter().any(|&seat| round.side_of(seat) == side);
             let lead = best.map(|best| (standing(bot.seat) - best) / (goal * EASE_LEAD));
             bot.waits = is_in(&idle) && !is_in(&active) && !is_in(&new);
+            let lead = lead.or(is_in(&new).then_some(0.0));
             bot.ease(lead.map(|lead| lead.clamp(0.0, 1.0)));
         }
         self.round = Some(round);
