@@ -321,12 +321,11 @@ impl Game {
         }
     }
 
-    /// The player's score: pack hits in a playground, or the points of the player's side in a game (0 if
-    /// negative).
+    /// The player's score: pack hits in a playground, or the points of the player's side (0 if negative) where there
+    /// is a round or something is worth points.
     fn score_of(&self, player: &Player) -> u16 {
-        let Some(rules) = self.rules.as_ref().filter(|_| self.scene.rules.round.is_some()) else {
-            return player.score;
-        };
+        let is_game = self.scene.rules.round.is_some() || self.scene.counts_points();
+        let Some(rules) = self.rules.as_ref().filter(|_| is_game) else { return player.score };
         let team = player.team.map(|team| rules.teams.standings[usize::from(team)]);
         team.unwrap_or(player.standing).score.clamp(0, i32::from(u16::MAX)) as u16
     }

@@ -355,6 +355,18 @@ fn score(game: &Game, seat: u16) -> Option<i32> {
     game.round()?.side(Side::Player(Seat(seat))).map(|side| side.score)
 }
 
+#[test]
+fn points_count_without_a_round() {
+    let post = "[[zones]]\nname = \"post\"\narea = [[0, 0], [100, 100]]\n\
+                [[rules]]\nenter = \"post\"\nscore = 3\n";
+    let (before, rest) = ROUND.split_once("[round]").expect("a round");
+    let (_, hero) = rest.split_once("[hero]").expect("a hero");
+    let mut game = game_of(&format!("{before}[hero]{hero}{post}"));
+    game.join(Seat(0));
+    game.tick(&[]);
+    assert_eq!(game.players().next().expect("a player").score, 3);
+}
+
 /// Flies these players to the right until `is_there`.
 fn dash_until(game: &mut Game, seats: &[u16], is_there: impl Fn(&Game) -> bool) {
     let right = input(&[Buttons::RIGHT], None);
