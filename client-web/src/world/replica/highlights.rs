@@ -103,7 +103,10 @@ impl Highlights {
             }
         } else if now.phase == RoundPhase::Over && !round.winners.is_empty() && self.open.is_none()
         {
-            self.begin(tick);
+            // An end that no goal brings is worth seeing only if there was no goal.
+            if now.points > before.points || self.kept.is_empty() {
+                self.begin(tick);
+            }
         }
     }
 

@@ -46,7 +46,7 @@ pub struct Turn {
     /// Seconds left in the countdown or, if they are the last ones, in the round; otherwise this is one more.
     seconds: u32,
     players: usize,
-    points: i32,
+    pub points: i32,
 }
 
 impl Listener {

@@ -57,6 +57,14 @@ fn the_end_right_after_a_goal_belongs_to_it() {
 }
 
 #[test]
+fn an_end_without_a_goal_is_shown_only_if_there_was_none() {
+    let time_up = |goals| move |tick| if tick < 900 { (Running, goals) } else { (Over, goals) };
+    assert_eq!(ends(&mut heard(910, time_up(0))), [(720, 910)]);
+    let after_a_goal = |tick| time_up(i32::from(tick >= 500))(tick);
+    assert_eq!(ends(&mut heard(910, after_a_goal)), [(320, 530)]);
+}
+
+#[test]
 fn the_next_round_forgets_the_highlights_of_the_last() {
     let round = |tick| match tick {
         ..500 => (Running, 0),
