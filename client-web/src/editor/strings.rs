@@ -92,6 +92,9 @@ pub const ALL: &str = "everyone";
 /// Bodies of the groups that are named after the kinds: hero, minion, dumb, platform, pack, block.
 pub const GROUPS: [&str; 6] =
     ["a hero", "a minion", "a marble", "a platform", "a dye pack", "a block"];
+/// Bodies of the group of blocks where all or some of them are round.
+pub const BALL: &str = "a ball";
+pub const BLOCK_OR_BALL: &str = "a block or ball";
 /// The text of a new line of a rule.
 pub const WELL_DONE: &str = "Well done!";
 

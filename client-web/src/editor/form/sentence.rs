@@ -91,10 +91,22 @@ pub struct Names {
     /// For each zone, the groups that it counts.
     who: Vec<Vec<String>>,
     recipes: Vec<String>,
+    /// What a body of the group of blocks is called: most scenes have balls there.
+    block: &'static str,
     has_round: bool,
 }
 
 impl Names {
+    /// A body of a group, in words.
+    fn label(&self, group: &str) -> String {
+        let known = ["hero", "minion", "dumb", "platform", "pack", "block"];
+        match known.iter().position(|known| *known == group) {
+            Some(5) => say(self.block).to_owned(),
+            Some(at) => say(strings::GROUPS[at]).to_owned(),
+            None => group.to_owned(),
+        }
+    }
+
     pub fn read(root: &DeTable) -> Names {
         let tables = |list: &str| {
             let entries = root.get(list).and_then(|list| list.get_ref().as_array());
@@ -106,7 +118,19 @@ impl Names {
         let held = tables("zones").into_iter().filter(|zone| zone.contains_key("take"));
         let own = root.get("recipes").and_then(|recipes| recipes.get_ref().as_table());
         let own = own.into_iter().flat_map(|own| own.keys()).map(|name| name.get_ref().to_string());
+        let blocks = tables("bodies").into_iter().filter(|body| {
+            let is_block = |key| word(body, key).is_none_or(|word| word == "block");
+            is_block("kind") && is_block("group")
+        });
+        let (balls, blocks): (Vec<_>, Vec<_>) =
+            blocks.partition(|body| body.contains_key("radius"));
+        let block = match (balls.is_empty(), blocks.is_empty()) {
+            (false, true) => strings::BALL,
+            (false, false) => strings::BLOCK_OR_BALL,
+            (true, _) => strings::GROUPS[5],
+        };
         Names {
+            block,
             groups: words(root, "groups"),
             levels: zones.iter().cloned().chain(named("signals")).collect(),
             bodies: named("bodies").collect(),
@@ -281,7 +305,7 @@ impl Writer<'_> {
 
     fn group(&self, path: String, now: &str) -> Option<Row> {
         let groups = &self.names.groups;
-        self.choice(path, groups, groups.iter().map(|group| group_label(group)).collect(), now)
+        self.choice(path, groups, groups.iter().map(|group| self.names.label(group)).collect(), now)
     }
 
     /// The kind of body that the rule is about.
@@ -301,9 +325,9 @@ impl Writer<'_> {
                     several => {
                         let groups = &self.names.groups;
                         let labels: Vec<String> =
-                            several.iter().map(|one| group_label(one)).collect();
+                            several.iter().map(|one| self.names.label(one)).collect();
                         let offered =
-                            groups.iter().map(|group| (group.clone(), group_label(group)));
+                            groups.iter().map(|group| (group.clone(), self.names.label(group)));
                         let several = (SEVERAL.to_owned(), labels.join(", "));
                         let (names, labels) = std::iter::once(several).chain(offered).unzip();
                         Some(self.row(path, FieldForm::Choice { names }, SEVERAL, labels))
@@ -380,11 +404,4 @@ impl Writer<'_> {
             }
         }
     }
-}
-
-/// A body of a group, in words.
-fn group_label(group: &str) -> String {
-    let known = ["hero", "minion", "dumb", "platform", "pack", "block"];
-    let known = known.iter().position(|known| *known == group);
-    known.map_or(group.to_owned(), |at| say(strings::GROUPS[at]).to_owned())
 }

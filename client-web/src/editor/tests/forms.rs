@@ -126,6 +126,26 @@ fn a_round_is_switched_on_and_off_and_has_teams() {
 }
 
 #[test]
+fn a_rule_about_blocks_says_ball_where_they_are_round() {
+    let rule = "\n[[rules]]\nlost = \"block\"\nscore = 1\n";
+    let ball = "\n[[bodies]]\nkind = \"block\"\nposition = [60, 60]\nradius = 4\n";
+    let block = ball.replace("radius = 4", "size = [4, 4]");
+    let head = "title = \"T\"\nsize = [120, 80]\ngroups = [\"block\", \"platform\"]\npairs = []\n";
+    let floor = "\n[[bodies]]\nkind = \"wall\"\nposition = [60, -4]\nsize = [90, 8]\n";
+    for (bodies, word) in [
+        (ball.to_owned(), "[a ball]"),
+        (block.clone(), "[a block]"),
+        (format!("{ball}{block}"), "[a block or ball]"),
+    ] {
+        let text = format!("{head}{floor}{bodies}{rule}");
+        let editor = Editor::open(text, None);
+        assert_eq!(editor.doc.error, None, "{}", editor.text());
+        let sentence = only_sentence(&editor);
+        assert!(sentence.starts_with(&format!("When {word} [falls out")), "{sentence}");
+    }
+}
+
+#[test]
 fn a_rule_is_made_without_typing() {
     let mut editor = pitch();
     let before = editor.text().to_owned();

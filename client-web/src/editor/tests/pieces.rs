@@ -16,8 +16,10 @@ fn play(text: &str) -> Room {
     room.join(player, None).expect("a seat");
     for _ in 0..600 {
         room.tick();
+        if room.game().round().is_some_and(|round| round.phase == RoundPhase::Over) {
+            break;
+        }
     }
-    assert_eq!(room.game().tick_count(), 600);
     room
 }
 
