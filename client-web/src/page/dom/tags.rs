@@ -39,7 +39,13 @@ impl Tags {
             used += 1;
             let at = view.to_pixel(above) * css_per_pixel;
             let [width, height] = tag.size;
-            let left = (at.x - width * 0.5).round();
+            let wide = view.pixels[0] as f32 * css_per_pixel;
+            let beside = (at.x - width * 0.5).round();
+            // At the edge, the name stays in the picture as long as the middle of the hero does.
+            let left = match (0.0..wide).contains(&at.x) {
+                true => beside.clamp(0.0, (wide - width).max(0.0)),
+                false => beside,
+            };
             let top = (at.y - height - 6.0).round();
             let rect = [left, top, left + width, top + height];
             let free = !placed.iter().any(|other| overlap(&rect, other));
