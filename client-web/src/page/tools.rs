@@ -20,8 +20,6 @@ const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: boo
     Cap { key, does, buttons, aimed }
 }
 
-pub const TOUCH_HELP: [(&str, &str); 2] =
-    [("Drag on the left", "move"), ("Tap", "use the selected tool")];
 /// Help for the page's fixed keys.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
@@ -135,6 +133,19 @@ pub fn touch_tools(scene: &Scene) -> Vec<Cap> {
     caps(scene).into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect()
 }
 
+/// What touches do in a scene.
+pub fn touch_help(scene: &Scene) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let aimed: Vec<Cap> = touch_tools(scene).into_iter().filter(|cap| cap.aimed).collect();
+    let steers = scene.tools.contains(Tools::STEER).then_some(("Drag on the left", "move"));
+    let uses = match aimed[..] {
+        [] => None,
+        [Cap { key: "Drag", does, .. }] => Some(("Drag", does)),
+        [only] => Some(("Tap", only.does)),
+        _ => Some(("Tap", "use the selected tool")),
+    };
+    steers.into_iter().chain(uses)
+}
+
 /// The touch state for a scene, with a stick if something can be steered and with the first aimed tool armed.
 pub fn fingers(scene: &Scene) -> Fingers {
     let armed = touch_tools(scene).into_iter().find(|cap| cap.aimed);
@@ -145,6 +156,18 @@ pub fn fingers(scene: &Scene) -> Fingers {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn touch_help_says_what_a_tap_does() {
+        let help = |name: &str| -> Vec<(&str, &str)> {
+            let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+            touch_help(&scene.expect("a shipped scene")).collect()
+        };
+        assert_eq!(help("race"), [("Drag on the left", "move")]);
+        assert_eq!(help("splash"), [("Drag on the left", "move"), ("Tap", "throw dye")]);
+        assert_eq!(help("slingshot"), [("Drag", "pull the ball, let go")]);
+        assert_eq!(help("arena")[1], ("Tap", "use the selected tool"));
+    }
 
     #[test]
     fn a_hint_names_the_keys_that_the_scene_has() {

@@ -55,7 +55,7 @@ fn of_game(scene: &Scene, settings: &Settings, watches: bool) -> Vec<(String, &'
     // On touch screens, the help does not mention keys.
     let told = |(key, does): (&'static str, _)| (say(key).to_owned(), does);
     if settings.touched {
-        return tools::TOUCH_HELP.map(told).to_vec();
+        return tools::touch_help(scene).map(told).collect();
     }
     if watches {
         return tools::WATCH_HELP.into_iter().chain(tools::PAGE_HELP).map(told).collect();
