@@ -450,7 +450,7 @@ fn the_lock_is_opened_by_who_takes_the_lift() {
     panic!("not opened: on the way to {next}");
 }
 
-/// Positions of the plates in the dark room, in the order of their dots, followed by that of the treasure.
+/// Positions of the plates of Lamp, in the order of their dots, followed by that of the treasure.
 fn plates(game: &Game) -> Vec<Vec2> {
     let mut marks = game.scene.marks.clone();
     marks.sort_by_key(|mark| mark.dots);
