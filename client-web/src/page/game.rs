@@ -13,6 +13,7 @@ use crate::net::clock::TICK_MS;
 use crate::net::report::Fetched;
 use crate::page::address::PlayOptions;
 use crate::page::context::Context;
+use crate::page::dialogs::Question;
 use crate::page::edit_screen::EditScreen;
 use crate::page::emotes::ShownEmotes;
 use crate::page::event::{Canvas, Effect, Event};
@@ -26,7 +27,7 @@ use connection::{Connection, Link, State};
 use highlights::Showing;
 use input::GameInput;
 use jostle_game::{RoundPhase, Scene, Seat};
-use jostle_protocol::{Appearance, Role};
+use jostle_protocol::{Appearance, ClientMessage, Role};
 use jostle_sim::TICKS_PER_SECOND;
 use membership::{GameView, RoomMembership};
 use room_socket::RoomSocket;
@@ -222,6 +223,30 @@ impl GameScreen {
     /// The replica of the room, once it exists.
     pub fn replica(&self) -> Option<&Replica> {
         self.membership.as_ref().map(|membership| &membership.replica)
+    }
+
+    /// Carries out the action that the host confirmed.
+    pub fn carry_out(&mut self, ctx: &mut Context, question: &Question) {
+        match question {
+            &Question::Kick { seat, network, .. } => self.remove(ctx, seat, network),
+            Question::CloseRoom => {
+                self.connection.status.closes = true;
+                self.connection.send(ctx, &ClientMessage::CloseRoom);
+            }
+        }
+    }
+
+    /// Removes a player from the room, and shuts out the player's network if `network` says so.
+    pub fn remove(&mut self, ctx: &mut Context, seat: Seat, network: bool) {
+        let message = if network {
+            ClientMessage::KickNetwork { seat }
+        } else {
+            ClientMessage::Kick { seat }
+        };
+        self.connection.send(ctx, &message);
+        if let Some(membership) = &mut self.membership {
+            membership.replica.removes = Some(seat);
+        }
     }
 
     /// Takes the sound cues reported since the previous call.

@@ -40,6 +40,8 @@ const NEWS_MAX: usize = 32;
 pub enum News {
     Joined(Appearance),
     Left(Appearance),
+    /// This page's host removed a player.
+    Removed(Appearance),
     /// A player's pack burst on another player's hero, or on a hero without a player.
     Hit(Appearance, Option<Appearance>),
     /// A player has taken another name: the look before, and the new one.
@@ -72,6 +74,8 @@ pub struct Replica {
     /// Unread news, oldest first.
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
+    /// The seat of the player whom this page's host removes.
+    pub removes: Option<Seat>,
     ears: Listener,
     dye: Dye,
     /// The newest event.
@@ -98,6 +102,7 @@ impl Replica {
             waiting: VecDeque::new(),
             news: VecDeque::new(),
             names: vec![None; SEATS_MAX],
+            removes: None,
         }
     }
 
@@ -292,7 +297,8 @@ impl Replica {
             }
             Event::Left(seat) => {
                 if let Some(name) = self.name(seat) {
-                    self.tell(News::Left(name));
+                    let is_removed = self.removes.take_if(|removed| *removed == seat).is_some();
+                    self.tell(if is_removed { News::Removed(name) } else { News::Left(name) });
                 }
             }
         }

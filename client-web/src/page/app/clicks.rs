@@ -64,7 +64,7 @@ impl App {
             PageAction::Confirm => {
                 let question = self.visit.dialogs.question.take();
                 if let (Some(question), Screen::Game(game)) = (question, &mut self.screen) {
-                    game.connection.carry_out(&mut self.ctx, &question);
+                    game.carry_out(&mut self.ctx, &question);
                 }
             }
             PageAction::Cancel => self.visit.dialogs.question = None,
@@ -123,7 +123,7 @@ impl App {
         let Some(room) = game.replica().map(|replica| &replica.room) else { return };
         match Question::kick(room.players(), seat) {
             Some(Question::Kick { seat, .. }) if room.is_bot(seat) => {
-                game.connection.send(&mut self.ctx, &ClientMessage::Kick { seat });
+                game.remove(&mut self.ctx, seat, false);
             }
             question => self.visit.dialogs.question = question,
         }

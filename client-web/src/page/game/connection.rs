@@ -5,7 +5,6 @@ use super::room_socket::{RoomSocket, Turn};
 use crate::net::api::Request;
 use crate::net::meter::{Meter, Traffic};
 use crate::page::context::Context;
-use crate::page::dialogs::Question;
 use crate::page::event::Effect;
 use crate::page::plot::Plot;
 use crate::page::storage::Secret;
@@ -371,22 +370,6 @@ impl Connection {
         let appearance = self.appearance.clone();
         let (version, role) = (VERSION, self.role);
         self.send(ctx, &ClientMessage::Hello { version, appearance, token, host_key, role });
-    }
-
-    /// Carries out the action that the host confirmed.
-    pub fn carry_out(&mut self, ctx: &mut Context, question: &Question) {
-        match question {
-            &Question::Kick { seat, network: false, .. } => {
-                self.send(ctx, &ClientMessage::Kick { seat });
-            }
-            &Question::Kick { seat, network: true, .. } => {
-                self.send(ctx, &ClientMessage::KickNetwork { seat });
-            }
-            Question::CloseRoom => {
-                self.status.closes = true;
-                self.send(ctx, &ClientMessage::CloseRoom);
-            }
-        }
     }
 
     /// Asks for another name and colour: now, or as soon as the room allows another change.

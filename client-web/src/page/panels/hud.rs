@@ -183,6 +183,7 @@ fn line(number: usize, news: &News) -> View {
         News::Said(who, text, whom) => (who.as_ref(), say(text), whom.as_ref()),
         News::Joined(who) => (Some(who), say(" joined"), None),
         News::Left(who) => (Some(who), say(" left"), None),
+        News::Removed(who) => (Some(who), say(" was removed"), None),
         News::Recolored(who, wished) => {
             let name = |color: u8| say(palette::NAMES[usize::from(color) % palette::NAMES.len()]);
             recolored = fill(
