@@ -13,7 +13,6 @@ mod slinger;
 mod terrain;
 mod walker;
 
-use crate::members::Activity;
 use aims::Aims;
 use bot::Bot;
 use bot_view::BotView;
@@ -43,6 +42,17 @@ const NAMES: [&str; 8] = [
     "Bot Niklaus",
     "Bot Radia",
 ];
+
+/// What a player has done lately.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Nothing yet, having just come.
+    New,
+    /// Something.
+    Active,
+    /// Nothing for a while.
+    Idle,
+}
 
 /// A room's bots.
 pub(crate) struct Bots {

@@ -1,6 +1,6 @@
 //! A room's members: their seats, names and colours, the claims that give a seat back, and the bots among them.
 
-use crate::bots::Bots;
+use crate::bots::{Activity, Bots};
 use crate::input_queue::InputQueue;
 use jostle_game::{Game, Input, PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
@@ -90,17 +90,6 @@ pub struct Member {
     pub inputs: InputQueue,
     /// Size of the page's view in world units, once the page has reported it.
     pub view: Option<Vec2>,
-}
-
-/// What a player has done lately.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Activity {
-    /// Nothing yet, having just come.
-    New,
-    /// Something.
-    Active,
-    /// Nothing for a while.
-    Idle,
 }
 
 impl Member {
