@@ -14,6 +14,8 @@ use std::ops::Range;
 /// An editor for one text.
 pub struct Editor {
     pub doc: SceneDocument,
+    /// A number that distinguishes this editor from those that were open before.
+    pub number: u32,
     pub selection: Vec<PieceId>,
     pub(super) gesture: Option<EditGesture>,
     /// The lines to which the dragged piece is currently aligned.
@@ -31,6 +33,7 @@ impl Editor {
     pub fn open(text: String, file: Option<&str>) -> Editor {
         Editor {
             doc: SceneDocument::open(text, file.unwrap_or(FILE)),
+            number: 0,
             selection: Vec::new(),
             gesture: None,
             guides: Guides::default(),
@@ -42,6 +45,11 @@ impl Editor {
 
     pub fn text(&self) -> &str {
         self.doc.text()
+    }
+
+    /// The version of the text, which no other text has: the numbers of this editor and of its revision.
+    pub fn version(&self) -> (u32, u32) {
+        (self.number, self.doc.revision)
     }
 
     /// Whether undo and redo are possible, in this order.

@@ -303,6 +303,17 @@ pub async fn errors_are_shown_at_their_place(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
+pub async fn the_form_is_that_of_the_scene(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit=splash", Screen::LAPTOP).await?;
+    for (name, title) in [("splash", "Splash"), ("hill", "Hill"), ("splash", "Splash")] {
+        tab.eval::<()>(&format!("void (location.hash = '#edit={name}')")).await?;
+        let shown = "document.querySelector('[data-path=\"title\"] input')?.value";
+        tab.until_true(&format!("{shown} === '{title}'")).await?;
+        ensure!(text(&tab).await?.contains(&format!("title = \"{title}\"")), "{name}");
+    }
+    Ok(())
+}
+
 pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     let tab = open(&stage, "#edit", Screen::PHONE).await?;
     tab.keep("editor-phone-empty").await?;

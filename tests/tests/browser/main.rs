@@ -180,7 +180,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn editor_cases() -> [Case; 11] {
+fn editor_cases() -> [Case; 12] {
     [
         Case::new(
             "a_scene_is_built_from_nothing_played_undone_and_shared",
@@ -196,6 +196,7 @@ fn editor_cases() -> [Case; 11] {
         ),
         Case::new("a_game_is_built_by_clicks", editor::a_game_is_built_by_clicks),
         Case::new("a_scene_is_built_by_touch", editor::a_scene_is_built_by_touch),
+        Case::new("the_form_is_that_of_the_scene", editor::the_form_is_that_of_the_scene),
         Case::new(
             "the_editor_fits_a_phone_on_its_side",
             editor::the_editor_fits_a_phone_on_its_side,

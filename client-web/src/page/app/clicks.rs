@@ -11,7 +11,6 @@ use crate::page::game::connection::State;
 use crate::page::page_action::{KeyUse, PageAction};
 use crate::page::screen::Screen;
 use crate::page::strings::{self, CardAction};
-use jostle_protocol::ClientMessage;
 
 /// The query of an address that opens a room as a spectator.
 const WATCH: &str = "?watch=1";

@@ -278,7 +278,8 @@ impl App {
 
     /// Opens the editor with a text.
     fn edit(&mut self, text: String, origin: Option<&str>, seed: u64) {
-        let screen = EditScreen::open(&self.ctx.storage, text, origin, seed);
+        let mut screen = EditScreen::open(&self.ctx.storage, text, origin, seed);
+        screen.editor.number = self.ctx.next_number();
         self.screen = Screen::Edit(Box::new(screen));
         self.ctx.request(Effect::FocusStage);
         if !field_words::are_known() {

@@ -24,8 +24,8 @@ use web_sys::{
 #[derive(Default)]
 pub struct EditorView {
     pub text: TextView,
-    /// The text revision and title for which the form was last shown, and whether its words were known.
-    form: Option<(u32, String, bool)>,
+    /// The version of the text and the title for which the form was last shown, and whether its words were known.
+    form: Option<((u32, u32), String, bool)>,
 }
 
 impl EditorView {
@@ -37,7 +37,7 @@ impl EditorView {
     /// Updates everything that depends on the checked text.
     pub fn show_frame(&mut self, editor: &Editor, patch: &mut Patch) {
         self.text.underline(editor);
-        let shown = Some((editor.doc.revision, form::title(editor), field_words::are_known()));
+        let shown = Some((editor.version(), form::title(editor), field_words::are_known()));
         // During a drag the numbers change constantly, so the form is updated only when it ends.
         if self.form != shown && !editor.is_held() && !is_tab("text") {
             self.form = shown;

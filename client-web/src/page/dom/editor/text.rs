@@ -15,8 +15,8 @@ use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
 /// The most recently shown text.
 #[derive(Default)]
 pub struct TextView {
-    revision: Option<u32>,
-    marked: Option<(u32, Marks)>,
+    version: Option<(u32, u32)>,
+    marked: Option<((u32, u32), Marks)>,
     /// The byte to scroll to once the field is shown.
     unseen: Option<usize>,
 }
@@ -31,10 +31,10 @@ struct Marks {
 impl TextView {
     /// Shows a text that was changed by means other than typing.
     pub fn show(&mut self, editor: &Editor) {
-        if self.revision == Some(editor.doc.revision) {
+        if self.version == Some(editor.version()) {
             return;
         }
-        self.revision = Some(editor.doc.revision);
+        self.version = Some(editor.version());
         let area = area();
         if area.value() == editor.text() {
             return;
@@ -66,7 +66,7 @@ impl TextView {
     pub fn underline(&mut self, editor: &Editor) {
         let chosen = editor.selected().map(|piece| piece.bytes.clone()).collect();
         let marks = Marks { error: editor.doc.error_bytes(), chosen };
-        let shown = (editor.doc.revision, marks);
+        let shown = (editor.version(), marks);
         self.scroll(editor.text());
         if self.marked.as_ref() == Some(&shown) {
             return;
