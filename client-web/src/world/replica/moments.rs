@@ -118,7 +118,9 @@ impl Moments {
     ) {
         if let Some(by) = by.filter(|_| by != hit) {
             self.burst = Some((tick, by, at));
-            self.bests.note_hit(by, hit);
+            if self.is_running() {
+                self.bests.note_hit(by, hit);
+            }
         }
         if hit == Some(room.seat) {
             self.push(Moment { at: Some(at), by, ..Moment::new(MomentKind::Hit, tick, None) });
@@ -128,9 +130,14 @@ impl Moments {
     /// Notes the line of a rule that scores for someone.
     pub fn note_line(&mut self, tick: f64, by: Seat, is_own_goal: bool) {
         self.line = Some((tick, by, is_own_goal));
-        if !is_own_goal {
+        if !is_own_goal && self.is_running() {
             self.bests.note_goal(by);
         }
+    }
+
+    /// What happens after the end of a round does not count for it.
+    fn is_running(&self) -> bool {
+        self.before.as_ref().is_some_and(|round| round.phase == RoundPhase::Running)
     }
 
     /// Compares the displayed round with the one displayed before, and returns the sound of what happened.
@@ -189,10 +196,12 @@ impl Moments {
         }
     }
 
-    /// The best of the current or previous round.
+    /// The best of the current or previous round. Deeds are counted only in a round that was seen from its start.
     pub fn best(&self) -> impl Iterator<Item = (Seat, Best)> {
         let lap = self.race.as_ref().and_then(Race::fastest_lap);
-        lap.map(|(ticks, by)| (by, Best::Lap(ticks))).into_iter().chain(self.bests.best())
+        let deeds = self.began.is_some().then(|| self.bests.best());
+        let lap = lap.map(|(ticks, by)| (by, Best::Lap(ticks)));
+        lap.into_iter().chain(deeds.into_iter().flatten())
     }
 
     fn note_side(

@@ -228,3 +228,27 @@ fn scenes_without_laps_have_no_race() {
         assert_eq!(Race::of(&scene).is_some(), scene.name == "race", "{}", scene.name);
     }
 }
+
+#[test]
+fn only_what_happens_in_a_round_seen_from_its_start_counts_for_its_best() {
+    let mut watched = Watched::new("splash", 0);
+    let hit = |watched: &mut Watched| {
+        let Watched { room, moments, tick, .. } = watched;
+        moments.note_burst(room, f64::from(*tick), Some(Seat(1)), Some(Seat(0)), Vec2::ZERO);
+    };
+    hit(&mut watched);
+    watched.step(1);
+    assert_eq!(watched.moments.best().next(), None, "the beginning was not seen");
+    let set = |watched: &mut Watched, phase| {
+        watched.round.phase = phase;
+        watched.round.since = watched.tick;
+        watched.step(1);
+    };
+    set(&mut watched, RoundPhase::Countdown);
+    set(&mut watched, RoundPhase::Running);
+    hit(&mut watched);
+    set(&mut watched, RoundPhase::Over);
+    hit(&mut watched);
+    let best = watched.moments.best().next();
+    assert_eq!(best, Some((Seat(1), Best::Hits(1))), "not what follows the end");
+}
