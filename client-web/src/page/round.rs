@@ -349,7 +349,7 @@ fn seconds_of(ticks: f64) -> u32 {
 }
 
 /// A name with its first letter capitalised.
-fn capital(name: &str) -> String {
+pub fn capital(name: &str) -> String {
     let mut letters = name.chars();
     let first = letters.next().map(|letter| letter.to_ascii_uppercase());
     first.into_iter().chain(letters).collect()

@@ -3,6 +3,7 @@
 use crate::language::say;
 use crate::page::app::App;
 use crate::page::panels::players::color_var;
+use crate::page::round::capital;
 use crate::page::view::View;
 use crate::view::frame::{self, ZoneLabel};
 use jostle_sim::Vec2;
@@ -23,7 +24,7 @@ pub fn view(app: &App, view: &frame::View, css_per_pixel: f32) -> View {
             if is_roomy { (upper.y, "4px") } else { ((upper.y + lower.y) * 0.5, "-50%") };
         let transform = format!("translate({}px, {at}px) translate(-50%, {up})", upper.x);
         View::item("zone-item", index)
-            .text("", say(&text).to_owned())
+            .text("", capital(say(&text)))
             .style("", "transform", transform)
             .style("", "--color", color.map_or("var(--paper-1)".to_owned(), color_var))
     });

@@ -381,7 +381,7 @@ fn a_zone_says_what_it_is_and_how_many_are_in() {
     let labels = browser.entries("#zone-labels");
     assert_eq!(
         labels.iter().map(|label| label.text_of("")).collect::<Vec<_>>(),
-        [Some("pen 0 / 5")]
+        [Some("Pen 0 / 5")]
     );
 }
 
