@@ -8,7 +8,7 @@ use super::room::RoomView;
 use crate::sound::cue::Sound;
 use crate::view::frame::{FrameConfetti, FramePoints, FrameRoom};
 pub use best::{Best, BestOfRound};
-use jostle_game::scene::{To, Trigger, ZoneArea};
+use jostle_game::scene::{RuleSpec, To, Trigger, ZoneArea};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_sim::{BodyId, TICKS_PER_SECOND, Vec2};
 use race::Race;
@@ -351,8 +351,13 @@ fn scoring_rules(scene: &Scene, side: Side) -> impl Iterator<Item = Trigger> {
     rules.filter(move |rule| concerns(rule.to)).map(|rule| rule.occasion)
 }
 
-/// The kind of moment in which a side scores.
+/// The kind of moment in which a side scores. What a zone counts only while it is there is not a goal.
 fn scoring(scene: &Scene, side: Side) -> MomentKind {
+    let is_lent =
+        |rule: &RuleSpec| matches!(rule.occasion, Trigger::Leave(_)) && rule.effects.score < 0;
+    if scene.rules.rules.iter().any(is_lent) {
+        return MomentKind::Points;
+    }
     let is_lap = scene.rules.signals.iter().any(|signal| signal.order().is_some());
     let mut kinds = scoring_rules(scene, side).filter_map(|occasion| match occasion {
         Trigger::Enter(_) => Some(MomentKind::Goal),

@@ -252,3 +252,11 @@ fn only_what_happens_in_a_round_seen_from_its_start_counts_for_its_best() {
     let best = watched.moments.best().next();
     assert_eq!(best, Some((Seat(1), Best::Hits(1))), "not what follows the end");
 }
+
+#[test]
+fn a_robot_in_a_pen_is_a_point_and_a_puck_in_a_goal_is_a_goal() {
+    for (scene, kind) in [("roundup", MomentKind::Points), ("hockey", MomentKind::Goal)] {
+        let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
+        assert_eq!(scoring(&scene.expect("a shipped scene"), Side::Team(0)), kind);
+    }
+}
