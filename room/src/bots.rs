@@ -10,6 +10,7 @@ mod herder;
 mod quest;
 mod skill;
 mod slinger;
+mod striker;
 mod terrain;
 mod walker;
 

@@ -69,6 +69,12 @@ pub struct BotMemory {
     pub misjudges: Option<f32>,
     /// The body onto which the hero jumps.
     pub hops_to: Option<BodyId>,
+    /// Whether the hero jumps over a ball.
+    pub leaps: bool,
+    /// The tick of the game since which the hero pushes a ball that does not move.
+    pub pushes_since: Option<u32>,
+    /// The tick of the game until which the hero makes way for a rival who pushes the ball as hard.
+    pub yields_until: Option<u32>,
 }
 
 impl Bot {
@@ -199,10 +205,14 @@ impl Bot {
     /// Flies to the place that the rules reward most, and shoots at a nearby hero.
     fn fly(&mut self, view: &BotView, terrain: &mut Terrain, own: &OwnHero) -> Input {
         let (game, scene) = (view.game, view.game.scene());
-        let place = self.place(view, terrain, own);
         let strides = self.pending(game.tick_count()).map(|(way, time)| way.x * time).sum();
-        if let Some(walker) = Walker::of(view, own, self.late(), strides) {
-            return Input::new(walker.keys(place, &mut self.memory.hops_to), None);
+        let walker = Walker::of(view, own, self.late(), strides);
+        self.memory.leaps = false;
+        let place = self.place(view, terrain, own, walker.as_ref());
+        if let Some(walker) = walker {
+            let jump = if self.memory.leaps { Buttons::UP.0 } else { 0 };
+            let keys = walker.keys(place, &mut self.memory.hops_to);
+            return Input::new(Buttons(keys.0 | jump), None);
         }
         let place = self.dodge(view, terrain, own, place).unwrap_or(place);
         let side = game.world().shape(own.hero).half_extent().x;

@@ -69,8 +69,13 @@ impl BotView<'_> {
     /// Position and velocity of the nearest movable body in these groups.
     pub fn nearest_ball(&self, groups: u32, at: Vec2) -> Option<(Vec2, Vec2)> {
         let world = self.game.world();
-        let near = |id: BodyId| world.position(id).distance_squared(at);
-        let ball = self.balls(groups).min_by(|&a, &b| near(a).total_cmp(&near(b)))?;
+        let ball = self.nearest(groups, at)?;
         Some((world.position(ball), world.velocity(ball)))
+    }
+
+    /// The nearest movable body in these groups.
+    pub fn nearest(&self, groups: u32, at: Vec2) -> Option<BodyId> {
+        let near = |id: BodyId| self.game.world().position(id).distance_squared(at);
+        self.balls(groups).min_by(|&a, &b| near(a).total_cmp(&near(b)))
     }
 }

@@ -4,6 +4,7 @@ use super::aims::{Errand, Goal, middle, nearest_inside, zone_of};
 use super::bot::Bot;
 use super::bot_view::{BotView, OwnHero};
 use super::terrain::Terrain;
+use super::walker::Walker;
 use jostle_game::scene::ZoneSpec;
 use jostle_sim::{BodyId, Vec2};
 
@@ -15,8 +16,14 @@ const THROUGH: f32 = 25.0;
 const PATIENCE_TICKS: u32 = 900;
 
 impl Bot {
-    /// The place to be at.
-    pub(super) fn place(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Vec2 {
+    /// The place to be at. `walker` is the hero if it walks.
+    pub(super) fn place(
+        &mut self,
+        view: &BotView,
+        terrain: &Terrain,
+        own: &OwnHero,
+        walker: Option<&Walker>,
+    ) -> Vec2 {
         let scene = view.game.scene();
         if let Some(&zone) = view.aims.gates.get(self.memory.gate) {
             // Through the gate, not only up to it.
@@ -29,7 +36,7 @@ impl Bot {
         }
         let place = self.place_of_errand(view, own);
         let place = place.or_else(|| self.place_of_herder(view, terrain, own));
-        let place = place.or_else(|| self.place_at_ball(view, terrain, own));
+        let place = place.or_else(|| self.place_at_ball(view, terrain, own, walker));
         let place = place.or_else(|| self.place_of_quest(view, own));
         if let Some(place) = place.or_else(|| self.place_of_coin(view, own)) {
             return place;
@@ -79,7 +86,13 @@ impl Bot {
 
     /// A place behind the ball, or beyond it so that the bot hits it. The team's player nearest to the ball attacks;
     /// the others stay between the ball and their own goal.
-    fn place_at_ball(&mut self, view: &BotView, terrain: &Terrain, own: &OwnHero) -> Option<Vec2> {
+    fn place_at_ball(
+        &mut self,
+        view: &BotView,
+        terrain: &Terrain,
+        own: &OwnHero,
+        walker: Option<&Walker>,
+    ) -> Option<Vec2> {
         let (scene, team) = (view.game.scene(), own.team);
         let attacked = view.aims.goals.iter().find(|goal| goal.is_good_for(team))?;
         let goal = |goal: &Goal| middle(zone_of(view.game.scene(), goal.zone), scene.size);
@@ -89,11 +102,16 @@ impl Bot {
         let ball = ball + velocity * late;
         if let Some(home) = defended.map(goal) {
             let near_side = ball + (own.at - ball).clamp_length_max(NEAR_SIDE);
-            let is_far = !terrain.is_open(own.at, near_side);
+            // Whoever stands on something is as near to it as to an obstacle.
+            let is_far = walker.is_none() && !terrain.is_open(own.at, near_side);
             if is_far || (self.guards(view, own) && own.at.distance(ball) > 45.0) {
                 let share = if self.guards(view, own) { 0.25 } else { 0.4 };
                 return Some(home.lerp(ball, share));
             }
+        }
+        if let Some(walker) = walker {
+            let ball = view.nearest(attacked.balls, own.at)?;
+            return Some(self.place_afoot(view, own, walker, ball, goal(attacked)));
         }
         let miss = self.miss();
         let aim = (goal(attacked) + miss * 2.0 - ball).normalize_or_zero();

@@ -414,3 +414,101 @@ fn bots_finish_a_race_after_the_first() {
     let home = played.scores.iter().filter(|&&laps| laps == 3).count();
     assert!(played.winners.len() == 1 && home >= 3, "{:?}", played.scores);
 }
+
+/// A game as the editor writes it: heroes that run and jump, a ball on the floor, and a goal for each of two teams.
+const KICKABOUT: &str = r#"
+title = "Kickabout"
+size = [320, 180]
+tools = ["steer"]
+groups = ["hero", "platform", "block"]
+pairs = [["hero", "platform"], ["hero", "hero"], ["hero", "block"], ["block", "platform"]]
+
+[round]
+goal = 50
+time = 180
+fill = 2
+
+[[teams]]
+name = "orange"
+
+[[teams]]
+name = "sky"
+
+[hero]
+size = [9, 12]
+walk = { speed = 40, jump = 50 }
+spawns = [[40, 16]]
+
+[[bodies]]
+kind = "wall"
+position = [160, 2]
+size = [320, 4]
+
+[[bodies]]
+kind = "wall"
+position = [2, 92]
+size = [4, 176]
+
+[[bodies]]
+kind = "wall"
+position = [318, 92]
+size = [4, 176]
+
+[[bodies]]
+kind = "block"
+position = [160, 60]
+radius = 4
+
+[[zones]]
+name = "goal-1"
+area = [[32, 4], [48, 44]]
+who = ["block"]
+
+[[zones]]
+name = "goal-2"
+area = [[272, 4], [288, 44]]
+who = ["block"]
+
+[[rules]]
+enter = "goal-1"
+score = 1
+to = "sky"
+back = 1.5
+
+[[rules]]
+enter = "goal-2"
+score = 1
+to = "orange"
+back = 1.5
+"#;
+
+/// The goals of each team after so many seconds of [`KICKABOUT`], in which these seats are idle and bots have the rest.
+fn kickabout(seed: u64, seconds: u32, idle: &[u16]) -> Vec<i32> {
+    let scene = Scene::parse("kickabout.toml", KICKABOUT).unwrap_or_else(|error| panic!("{error}"));
+    let mut game = Game::new(Arc::new(scene), seed);
+    let mut bots = Bots::filling(&game, seed, 2).expect("a scene with bots");
+    for seat in (0..2).map(Seat) {
+        game.join(seat);
+        if !idle.contains(&seat.0) {
+            bots.add(seat);
+        }
+    }
+    for _ in 0..seconds * SECOND {
+        bots.survey(&game, |seat| idle.contains(&seat.0).then_some(Activity::Idle));
+        let mut inputs = Vec::new();
+        bots.play(&game, |seat, input| inputs.push((seat, input)));
+        game.tick(&inputs);
+    }
+    let round = game.round().expect("a round");
+    round.teams.iter().map(|team| team.score).collect()
+}
+
+#[test]
+fn a_bot_that_walks_scores_against_nobody() {
+    for (seed, idle) in (0..5).flat_map(|seed| [(seed, 0), (seed, 1)]) {
+        let goals = kickabout(seed, 45, &[idle]);
+        println!("seed {seed}, seat {idle} idle: {goals:?}");
+        let idle = usize::from(idle);
+        assert!(goals[1 - idle] >= 2 && goals[idle] == 0, "seed {seed}: {goals:?}");
+    }
+}

@@ -109,6 +109,18 @@ impl Walker {
         }
     }
 
+    /// Where the hero will be when it does what the bot decides.
+    pub fn at(&self) -> Vec2 {
+        self.at
+    }
+
+    /// How far the hero runs until it has risen by `rise` in a jump, world units; `None` if it dares no such jump.
+    pub fn run_up(&self, rise: f32) -> Option<f32> {
+        let up = self.walk.jump;
+        let time = (up - max(up * up - 2.0 * self.fall * rise, 0.0).sqrt()) / self.fall;
+        (rise < self.height * JUMP).then_some(self.walk.speed * time)
+    }
+
     fn stands_on(&self, surface: &Surface) -> bool {
         let (top, reach) = (surface.top, self.width * (1.0 + MARGIN));
         let now = top - surface.velocity.y * self.late;
