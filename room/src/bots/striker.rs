@@ -13,10 +13,12 @@ const GAP: f32 = 5.0;
 const THROUGH: f32 = 25.0;
 /// Speed below which a ball that a bot pushes does not move, units/s.
 const STUCK_SPEED: f32 = 5.0;
-/// Ticks for which a bot pushes a ball that does not move, before it makes way.
-const PUSH_TICKS: u32 = 60;
-/// Minimum number of ticks for which it makes way, and the random range added to it, so that of two bots that push
-/// against each other one soon has the ball.
+/// Ticks for which a bot pushes a ball that does not move, before it thinks of making way, and number of looks at one of
+/// which it then does. It is at random because two bots that make way
+/// at the same time would soon push against each other again.
+const PUSH_TICKS: u32 = 30;
+const YIELD_LOOKS: u32 = 20;
+/// Minimum number of ticks for which it makes way, and the random range added to it.
 const YIELD_TICKS: u32 = 30;
 const YIELD_MORE: u32 = 60;
 
@@ -69,7 +71,7 @@ impl Bot {
         }
         let since = self.memory.pushes_since.filter(|_| pushes).unwrap_or(tick);
         self.memory.pushes_since = pushes.then_some(since);
-        let is_stuck = tick > since + PUSH_TICKS;
+        let is_stuck = tick > since + PUSH_TICKS && self.rng.below(YIELD_LOOKS) == 0;
         if is_stuck {
             let ticks = YIELD_TICKS + self.rng.below(YIELD_MORE);
             self.memory.yields_until = Some(tick + ticks);

@@ -424,7 +424,7 @@ groups = ["hero", "platform", "block"]
 pairs = [["hero", "platform"], ["hero", "hero"], ["hero", "block"], ["block", "platform"]]
 
 [round]
-goal = 50
+goal = 5
 time = 180
 fill = 2
 
@@ -482,22 +482,28 @@ to = "orange"
 back = 1.5
 "#;
 
-/// The goals of each team after so many seconds of [`KICKABOUT`], in which these seats are idle and bots have the rest.
-fn kickabout(seed: u64, seconds: u32, idle: &[u16]) -> Vec<i32> {
+/// The goals of each team after at most so many seconds of [`KICKABOUT`]. Nobody moves the hero of a seat whose activity
+/// is given; bots have the rest.
+fn kickabout(seed: u64, seconds: u32, still: Option<(u16, Activity)>) -> Vec<i32> {
+    let activity =
+        |seat: Seat| still.filter(|(own, _)| *own == seat.0).map(|(_, activity)| activity);
     let scene = Scene::parse("kickabout.toml", KICKABOUT).unwrap_or_else(|error| panic!("{error}"));
     let mut game = Game::new(Arc::new(scene), seed);
     let mut bots = Bots::filling(&game, seed, 2).expect("a scene with bots");
     for seat in (0..2).map(Seat) {
         game.join(seat);
-        if !idle.contains(&seat.0) {
+        if activity(seat).is_none() {
             bots.add(seat);
         }
     }
     for _ in 0..seconds * SECOND {
-        bots.survey(&game, |seat| idle.contains(&seat.0).then_some(Activity::Idle));
+        bots.survey(&game, activity);
         let mut inputs = Vec::new();
         bots.play(&game, |seat, input| inputs.push((seat, input)));
         game.tick(&inputs);
+        if game.round().is_some_and(|round| round.phase == RoundPhase::Over) {
+            break;
+        }
     }
     let round = game.round().expect("a round");
     round.teams.iter().map(|team| team.score).collect()
@@ -505,10 +511,21 @@ fn kickabout(seed: u64, seconds: u32, idle: &[u16]) -> Vec<i32> {
 
 #[test]
 fn a_bot_that_walks_scores_against_nobody() {
-    for (seed, idle) in (0..5).flat_map(|seed| [(seed, 0), (seed, 1)]) {
-        let goals = kickabout(seed, 45, &[idle]);
-        println!("seed {seed}, seat {idle} idle: {goals:?}");
-        let idle = usize::from(idle);
-        assert!(goals[1 - idle] >= 2 && goals[idle] == 0, "seed {seed}: {goals:?}");
+    for (seed, seat) in (0..5).flat_map(|seed| [(seed, 0), (seed, 1)]) {
+        // It spares a person who does something, but plays all the same.
+        for (activity, least) in [(Activity::Idle, 4), (Activity::Active, 1)] {
+            let goals = kickabout(seed, 90, Some((seat, activity)));
+            println!("seed {seed}, seat {seat} {activity:?}: {goals:?}");
+            assert!(goals[usize::from(1 - seat)] >= least, "seed {seed}, {activity:?}: {goals:?}");
+        }
+    }
+}
+
+#[test]
+fn bots_that_walk_score_against_each_other() {
+    for seed in 0..5 {
+        let goals = kickabout(seed, 60, None);
+        println!("seed {seed}: {goals:?}");
+        assert!(goals.iter().sum::<i32>() >= 2, "seed {seed}: {goals:?}");
     }
 }
