@@ -14,8 +14,8 @@ const THROUGH: f32 = 25.0;
 /// Speed below which a ball that a bot pushes does not move, units/s.
 const STUCK_SPEED: f32 = 5.0;
 /// Ticks for which a bot pushes a ball that does not move, before it thinks of making way, and number of looks at one of
-/// which it then does. It is at random because two bots that make way
-/// at the same time would soon push against each other again.
+/// which it then does. It is at random because two bots that make way at the same time would soon push against each other
+/// again.
 const PUSH_TICKS: u32 = 30;
 const YIELD_LOOKS: u32 = 20;
 /// Minimum number of ticks for which it makes way, and the random range added to it.
