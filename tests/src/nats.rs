@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 /// Maximum number of attempts to start, since another process may take a port before the server does.
@@ -165,7 +166,11 @@ impl Cluster {
                 if self.servers[index].has_ended()? {
                     return Ok(false);
                 }
-                if monitor::get(self.servers[index].monitor(), "/healthz").await.is_ok() {
+                // A server is healthy a moment before it accepts clients.
+                let client = self.addresses()[index];
+                if monitor::get(self.servers[index].monitor(), "/healthz").await.is_ok()
+                    && TcpStream::connect(client).await.is_ok()
+                {
                     return Ok(true);
                 }
                 sleep(LOOK_EVERY).await;
