@@ -8,6 +8,8 @@ use std::collections::VecDeque;
 pub const INPUTS_QUEUED_MAX: usize = 8;
 /// Number of ticks for which the last input is repeated when none arrives; after that, the player stops steering.
 pub const SILENCE_TICKS: u32 = 15;
+/// Like [`SILENCE_TICKS`], for an input without buttons, which an idle player's page repeats less often.
+const REST_TICKS: u32 = 60;
 /// Number of inputs that may wait for long; any more would only add delay.
 pub const INPUTS_WAITING_GOAL: usize = 2;
 /// Number of consecutive ticks with more inputs than the goal after which the queue is cut to the goal.
@@ -82,15 +84,16 @@ impl InputQueue {
         self.push(self.seq_newest.saturating_add(1), input);
     }
 
-    /// Takes the input to play in this tick: the next one, or the last one again, or `None` for a player at rest. The
-    /// buttons of the last one are released after [`SILENCE_TICKS`].
+    /// Takes the input to play in this tick: the next one, or the last one again for up to [`SILENCE_TICKS`], or
+    /// `None` for a player at rest. An input without buttons is repeated for up to [`REST_TICKS`].
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
         self.changed = false;
         let Some(next) = self.waiting.pop_front() else {
             self.silent_ticks = self.silent_ticks.saturating_add(1);
-            if self.silent_ticks > SILENCE_TICKS {
-                self.last = self.last.filter(|last| last.buttons() == Buttons::default());
+            let rests = self.last.is_some_and(|last| last.buttons() == Buttons::default());
+            if self.silent_ticks > if rests { REST_TICKS } else { SILENCE_TICKS } {
+                self.last = None;
             }
             return self.last;
         };
