@@ -44,7 +44,7 @@ const NAMES: [&str; 8] = [
     "Bot Radia",
 ];
 
-/// What a player has done lately.
+/// A player's recent activity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
     /// Nothing yet, having just come.

@@ -59,7 +59,7 @@ impl InputQueue {
     }
 
     /// Whether the last tick played a new input that differs from the one before. A page repeats its input while
-    /// nothing happens, and nobody waits for the number of a repeat.
+    /// nothing happens, and no page waits for the number of a repeat.
     pub fn has_changed(&self) -> bool {
         self.changed
     }

@@ -114,7 +114,7 @@ impl Member {
         self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// What the player has done lately.
+    /// The player's recent activity.
     pub fn activity(&self, tick: u32) -> Activity {
         match self.intent.1 {
             acted if tick.saturating_sub(acted) > IDLE_TICKS => Activity::Idle,

@@ -13,8 +13,8 @@ const WAITING_MAX: usize = 8;
 /// Interval at which an unchanged input is repeated while a button is pressed. The server releases the buttons of a
 /// player whom it does not hear.
 const REPEAT_MS: f64 = 80.0;
-/// Like [`REPEAT_MS`], for a player who has pressed no button and moved no pointer for [`REST_AFTER_MS`]. Until then,
-/// repeats show how long inputs take to be played.
+/// Like [`REPEAT_MS`], once neither buttons nor pointer have changed for [`REST_AFTER_MS`] and no button is pressed. Until
+/// then, repeats show how long inputs take to be played.
 const REST_MS: f64 = 250.0;
 const REST_AFTER_MS: f64 = 3000.0;
 /// After this time an input is sent regardless of booked ticks; otherwise the server would release all keys.

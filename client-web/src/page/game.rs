@@ -245,7 +245,7 @@ impl GameScreen {
         };
         self.connection.send(ctx, &message);
         if let Some(membership) = &mut self.membership {
-            membership.replica.removes = Some(seat);
+            membership.replica.room.removed.push(seat);
         }
     }
 

@@ -133,7 +133,7 @@ pub fn touch_tools(scene: &Scene) -> Vec<Cap> {
     caps(scene).into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect()
 }
 
-/// What touches do in a scene.
+/// Help for touch screens: each gesture and its effect in a scene.
 pub fn touch_help(scene: &Scene) -> impl Iterator<Item = (&'static str, &'static str)> {
     let aimed: Vec<Cap> = touch_tools(scene).into_iter().filter(|cap| cap.aimed).collect();
     let steers = scene.tools.contains(Tools::STEER).then_some(("Drag on the left", "move"));

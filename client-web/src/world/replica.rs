@@ -74,8 +74,6 @@ pub struct Replica {
     /// Unread news, oldest first.
     pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
-    /// The seat of the player whom this page's host removes.
-    pub removes: Option<Seat>,
     ears: Listener,
     dye: Dye,
     /// The newest event.
@@ -102,7 +100,6 @@ impl Replica {
             waiting: VecDeque::new(),
             news: VecDeque::new(),
             names: vec![None; SEATS_MAX],
-            removes: None,
         }
     }
 
@@ -295,12 +292,14 @@ impl Replica {
                     self.tell(News::Joined(name));
                 }
             }
-            Event::Left(seat) => {
-                if let Some(name) = self.name(seat) {
-                    let is_removed = self.removes.take_if(|removed| *removed == seat).is_some();
-                    self.tell(if is_removed { News::Removed(name) } else { News::Left(name) });
-                }
-            }
+            Event::Left(seat) => self.tell_left(seat),
+        }
+    }
+
+    fn tell_left(&mut self, seat: Seat) {
+        let is_removed = self.room.removed.extract_if(.., |one| *one == seat).count() > 0;
+        if let Some(name) = self.name(seat) {
+            self.tell(if is_removed { News::Removed(name) } else { News::Left(name) });
         }
     }
 

@@ -482,8 +482,8 @@ to = "orange"
 back = 1.5
 "#;
 
-/// The goals of each team after at most so many seconds of [`KICKABOUT`]. Nobody moves the hero of a seat whose activity
-/// is given; bots have the rest.
+/// The goals of each team after at most `seconds` of [`KICKABOUT`]. The hero of the seat whose activity is given does not
+/// move; bots have the rest.
 fn kickabout(seed: u64, seconds: u32, still: Option<(u16, Activity)>) -> Vec<i32> {
     let activity =
         |seat: Seat| still.filter(|(own, _)| *own == seat.0).map(|(_, activity)| activity);
@@ -510,9 +510,9 @@ fn kickabout(seed: u64, seconds: u32, still: Option<(u16, Activity)>) -> Vec<i32
 }
 
 #[test]
-fn a_bot_that_walks_scores_against_nobody() {
+fn a_bot_that_walks_scores_against_a_hero_at_rest() {
     for (seed, seat) in (0..5).flat_map(|seed| [(seed, 0), (seed, 1)]) {
-        // It spares a person who does something, but plays all the same.
+        // It spares an active person, but plays all the same.
         for (activity, least) in [(Activity::Idle, 4), (Activity::Active, 1)] {
             let goals = kickabout(seed, 90, Some((seat, activity)));
             println!("seed {seed}, seat {seat} {activity:?}: {goals:?}");

@@ -91,7 +91,7 @@ pub struct Names {
     /// For each zone, the groups that it counts.
     who: Vec<Vec<String>>,
     recipes: Vec<String>,
-    /// What a body of the group of blocks is called: most scenes have balls there.
+    /// Words for a body in the group of blocks, which are balls in most games.
     block: &'static str,
     has_round: bool,
 }

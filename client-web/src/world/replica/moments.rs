@@ -135,7 +135,7 @@ impl Moments {
         }
     }
 
-    /// What happens after the end of a round does not count for it.
+    /// Returns whether a round is running. Deeds after its end do not count.
     fn is_running(&self) -> bool {
         self.before.as_ref().is_some_and(|round| round.phase == RoundPhase::Running)
     }

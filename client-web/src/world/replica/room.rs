@@ -18,6 +18,8 @@ pub struct RoomView {
     pub seat: Seat,
     /// The seats of bots, as far as the room has told.
     pub bots: Vec<Seat>,
+    /// The seats of players whom this page's host has removed, until the picture shows that they left.
+    pub removed: Vec<Seat>,
     pub(super) timeline: Timeline,
     /// The fractional tick on display.
     pub display: f64,
@@ -36,6 +38,7 @@ impl RoomView {
             scene,
             seat,
             bots: Vec::new(),
+            removed: Vec::new(),
             display: 0.0,
             samples: Vec::new(),
             led_from: None,

@@ -149,7 +149,7 @@ fn news_names_players_who_have_left() {
     assert_eq!(replica.news.pop_front(), Some(News::Left(player(1, None).appearance)));
     assert_eq!(replica.news.pop_front(), None);
     // The host's page does not say that a player left whom the host removed.
-    replica.removes = Some(Seat(0));
+    replica.room.removed.push(Seat(0));
     replica.file(snapshot(3, vec![], vec![]), vec![at(3, Event::Left(Seat(0)))]);
     replica.advance(3.0, Eye::default());
     assert_eq!(replica.news.pop_front(), Some(News::Removed(player(0, None).appearance)));
